@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from footcal_cli.commands.options import command
@@ -100,13 +99,10 @@ def _on_cells(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
             estimates = papers.estimates(options.method, belief)
     session.note(found.findings())
 
-    def write(path: Path) -> None:
-        write_parquet_pieces(frames_of(found), path)
-
     return replace(
         outcome_of(found, papers, curves, robot, recording, options),
         parameters=feet_calibration(session, estimates),
-        files={"replay.parquet": write},
+        files={"replay.parquet": lambda path: write_parquet_pieces(frames_of(found), path)},
     )
 
 

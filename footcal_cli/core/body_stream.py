@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import median_sd
 from footcal_cli.core.spatial import rotation_of_quaternion
 
 SLOWEST_S = 0.5
@@ -280,7 +281,7 @@ def check_saturation(acc_mps2: FloatArray, where: str) -> list[Finding]:
         if values.size < _FEWEST:
             continue
         middle = np.median(axis[np.isfinite(axis)])
-        usual = 1.4826 * np.median(np.abs(axis[np.isfinite(axis)] - middle))
+        usual = median_sd(axis[np.isfinite(axis)] - middle)
         for end, before in ((0, 1), (-1, -2)):
             far = abs(values[end] - middle) > _FAR * max(usual, 1e-9)
             if far and counts[end] >= _PILED and counts[end] > 2 * counts[before]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,7 +53,19 @@ GAP_PERIODS = 3.5
 _AROUND_GAP = 20
 _LOST_SHARE, _LEAST_LOST = 0.5, 1.5
 _ON_STAMP = 1e-9
+_NORMAL_SD = 1.4826  # sd of a normal variable over its median size
 _CARRIES = 50.0  # autocorrelation times in a series that can tell its own
+
+
+PART_ROWS = 2**18
+"""Rows of a long recording that are worked on together."""
+
+
+def parts_of(size: int, rows: int | None = None) -> Iterator[slice]:
+    """Successive parts of `rows` rows, `PART_ROWS` unless given, of a recording of so many rows."""
+    step = PART_ROWS if rows is None else rows
+    for start in range(0, size, step):
+        yield slice(start, min(start + step, size))
 
 
 @dataclass(frozen=True)
@@ -312,6 +325,11 @@ def root_mean_square(values: FloatArray) -> float:
     """Of the finite values; NaN where there are none."""
     finite = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
+
+
+def median_sd(values: FloatArray) -> float:
+    """The sd of a normal distribution about zero of the same median size; shape (n,)."""
+    return _NORMAL_SD * float(np.median(np.abs(values)))
 
 
 def effective_size(series: FloatArray) -> float:

@@ -115,6 +115,11 @@ def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
             session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
 
 
+def _asked_of_poses(session: Session[Any]) -> PoseCalibOptions:
+    """What the recipe asks of `pose-calib`."""
+    return PoseCalibOptions.model_validate(session.recipe.options.get("pose_calib", {}))
+
+
 def _standing_legs(session: Session[Any]) -> None:
     """How legs sit by their poses, from what hanging knew of them."""
     from footcal_cli.core.pose.data import pose_data
@@ -122,7 +127,7 @@ def _standing_legs(session: Session[Any]) -> None:
     from footcal_cli.intake.legs import without_effects
     from footcal_cli.intake.poses import noise_sd_of, raw_poses
 
-    asked = PoseCalibOptions.model_validate(session.recipe.options.get("pose_calib", {}))
+    asked = _asked_of_poses(session)
     log, legs, _ = raw_poses(session, asked)
     data = pose_data(without_effects(log, session.parameters))
     sd, _ = noise_sd_of(asked, len(legs))
@@ -157,8 +162,7 @@ def _table_types(session: Session[Any]) -> list[TableType]:
     counted = [name.removesuffix("_counts") for h in headers for name in h if "_counts" in name]
     channels = robot.cell_names or tuple(dict.fromkeys(counted))
     feet = tuple(robot.feet) or ("left", "right")
-    pairs = PoseCalibOptions.model_validate(session.recipe.options.get("pose_calib", {})).series
-    in_series = tuple(dict.fromkeys(name for pair in pairs for name in pair))
+    in_series = tuple(dict.fromkeys(n for pair in _asked_of_poses(session).series for n in pair))
     cells_of_a_foot = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
     kinds = [
         columns.weights_table(),

@@ -42,7 +42,7 @@ class Outcome(Report):
     parameters: ParametersRecord | None = None
     records: Mapping[str, Versioned] = field(default_factory=dict)
     tables: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
-    files: Mapping[str, Callable[[Path], None]] = field(default_factory=dict)
+    files: Mapping[str, Callable[[Path], object]] = field(default_factory=dict)
     gates_missed: tuple[str, ...] = ()
     stage: str = "after"
     reference: str | None = None

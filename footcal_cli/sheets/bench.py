@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from footcal_cli.core.bench.regression import AffineFit, pooled_curvature
 from footcal_cli.core.bench.study import ChannelStudy, record_of_samples
 from footcal_cli.core.parameters import Estimates
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import parts_of
 from footcal_cli.plots.ladder import plot_ladder, plot_recordings, plot_staircases
 from footcal_cli.plots.weights import plot_loads_against_counts, plot_residuals, plot_scales
 from footcal_cli.records.results import (
@@ -31,8 +31,6 @@ from footcal_cli.sheets import ladder, weights
 from footcal_cli.tables.logfiles import write_parquet_pieces
 
 _LEVELS = ("good", "warning", "bad")
-_PIECE_ROWS = 2**18
-"""Predictions of a long recording are made and written so many rows at a time."""
 _MOST_CHANGES = 6
 
 
@@ -141,7 +139,9 @@ def weights_outcome(
             rows=(*rows, *ladder.held_out_rows(studies), *_held_out(apart)), rejected=dict(rejected)
         ),
         files={
-            "predictions.parquet": lambda path: _write_pieces(_predictions(studies, apart), path)
+            "predictions.parquet": lambda path: write_parquet_pieces(
+                _predictions(studies, apart), path
+            )
         },
     )
 
@@ -241,10 +241,6 @@ def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow
     return rows
 
 
-def _write_pieces(pieces: Iterable[Mapping[str, object]], path: Path) -> None:
-    write_parquet_pieces(pieces, path)
-
-
 def _predictions(
     studies: Sequence[ChannelStudy], apart: Sequence[tuple[ChannelStudy, BenchRecord]]
 ) -> Iterator[Mapping[str, NDArray[Any]]]:
@@ -254,10 +250,8 @@ def _predictions(
     pairs += [(study, record, "held_out") for study, record in apart]
     for study, whole, split in pairs:
         # a model that remembers loads is predicted from the first sample on
-        rows = len(whole) if study.remembers else _PIECE_ROWS
-        for start in range(0, len(whole), rows):
-            part = slice(start, start + rows)
-            record = whole if rows == len(whole) else whole.rows(part)
+        for part in parts_of(len(whole), max(len(whole), 1) if study.remembers else None):
+            record = whole.select(part)
             found = study.predict(record)
             words = {"channel": study.channel, "model": study.model, "split": split}
             each = {k: np.full(len(record), word, dtype=object) for k, word in words.items()}

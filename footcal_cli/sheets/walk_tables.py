@@ -11,6 +11,7 @@ from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.evidence import Interval
 from footcal_cli.core.online.filter import Noise
 from footcal_cli.core.parameters import learnt_status
+from footcal_cli.core.signals import parts_of
 from footcal_cli.core.study.sensitivity import Sensitivity
 from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.plots import walk as plots
@@ -195,8 +196,8 @@ def sensitivity_columns(curves: Sequence[tuple[str, Sensitivity]]) -> dict[str, 
 
 def frames_of(found: Comparison) -> Iterator[dict[str, object]]:
     """``replay.parquet`` in pieces: per sample forces, CoP, parameters, sd, validity, reason."""
-    for start in range(0, len(found.memory.log), _PIECE_ROWS):
-        yield _frame_of(found, slice(start, start + _PIECE_ROWS))
+    for part in parts_of(len(found.memory.log), _PIECE_ROWS):
+        yield _frame_of(found, part)
 
 
 def _frame_of(found: Comparison, part: slice) -> dict[str, object]:

@@ -7,8 +7,9 @@ suffix (``load_kg`` for ``load_n``).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -296,31 +297,27 @@ def with_attitude(
         rotations_of_rpy,
     )
 
-    if set(RPY) <= set(frame.columns):
-        rotations = rotations_of_rpy(frame[list(RPY)].to_numpy(dtype=np.float64))
-    elif set(ROTVEC) <= set(frame.columns):
-        rotations = rotations_of_rotvec(frame[list(ROTVEC)].to_numpy(dtype=np.float64))
-    elif set(ZYZ) <= set(frame.columns):
-        rotations = rotations_of_euler("ZYZ", frame[list(ZYZ)].to_numpy(dtype=np.float64))
-    elif set(XYZ) <= set(frame.columns):
-        rotations = rotations_of_euler("XYZ", frame[list(XYZ)].to_numpy(dtype=np.float64))
-    elif set(AXIS_ANGLE) <= set(frame.columns):
-        numbers = frame[list(AXIS_ANGLE)].to_numpy(dtype=np.float64)
-        rotations = rotations_of_rotvec(about_axes(numbers))
-    elif set(BODY_GRAVITY) <= set(frame.columns):
-        rotations = rotations_of_gravity(frame[list(BODY_GRAVITY)].to_numpy(dtype=np.float64))
+    forms: Mapping[tuple[str, ...], Callable[[FloatArray], FloatArray]] = {
+        RPY: rotations_of_rpy,
+        ROTVEC: rotations_of_rotvec,
+        ZYZ: partial(rotations_of_euler, "ZYZ"),
+        XYZ: partial(rotations_of_euler, "XYZ"),
+        AXIS_ANGLE: lambda numbers: rotations_of_rotvec(about_axes(numbers)),
         # gravity points down whatever the log calls its axes
-        rotations = TO_Z_UP[up].T @ rotations
-    elif set(MATRIX) <= set(frame.columns):
-        matrices = frame[list(MATRIX)].to_numpy(dtype=np.float64).reshape(-1, 3, 3)
-        rotations = nearest_rotations(matrices)
-        bad = np.isnan(rotations).any(axis=(1, 2)) & np.isfinite(matrices).all(axis=(1, 2))
+        BODY_GRAVITY: lambda numbers: TO_Z_UP[up].T @ rotations_of_gravity(numbers),
+        MATRIX: lambda numbers: nearest_rotations(numbers.reshape(-1, 3, 3)),
+    }
+    form = next((names for names in forms if set(names) <= set(frame.columns)), None)
+    if form is None:
+        return frame
+    numbers = frame[list(form)].to_numpy(dtype=np.float64)
+    rotations = forms[form](numbers)
+    if form is MATRIX:
+        bad = np.isnan(rotations).any(axis=(1, 2)) & np.isfinite(numbers).all(axis=1)
         if bad.any():
             raise DataError(
                 "body_r11 … body_r33 are no rotation matrix", file=path,
                 row=f"row {int(np.argmax(bad)) + 1} of the data",
                 remedy="check their order: row by row, body to world",
             )  # fmt: skip
-    else:
-        return frame
     return frame.assign(**dict(zip(QUATERNION, quaternions_of(rotations).T, strict=True)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from footcal_cli.core.bench import plateaus
+from footcal_cli.core import signals
 from footcal_cli.core.bench.plateaus import (
     PlateauOptions,
     SampleState,
@@ -147,7 +147,7 @@ def test_a_long_recording_is_judged_in_pieces_as_if_it_were_one(
     time_s, reading, _ = staircase(np.random.default_rng(7))
     reading[50], reading[51] = 1e4, np.nan
     whole = find_plateaus(time_s, reading)
-    monkeypatch.setattr(plateaus, "_PIECE", 97)
+    monkeypatch.setattr(signals, "PART_ROWS", 97)
     parts = find_plateaus(time_s, reading)
     np.testing.assert_array_equal(parts.state, whole.state)
     np.testing.assert_array_equal(parts.hold, whole.hold)

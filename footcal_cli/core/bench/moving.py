@@ -71,9 +71,10 @@ def never_still(record: BenchRecord, options: PlateauOptions) -> bool:
     """Whether the load is known at every sample, moves, and stands still at one level at most."""
     if not np.isfinite(record.load_n).all() or np.ptp(record.load_n) == 0:
         return False
-    plain = replace(options, dropout_codes=())  # a load of zero is a load
     levels = sum(
-        np.unique(find_plateaus(record.time_s[part], record.load_n[part], plain).level).size
+        np.unique(
+            find_plateaus(record.time_s[part], record.load_n[part], options.of_loads).level
+        ).size
         for part in record.sessions()
     )
     return levels < 2

@@ -6,8 +6,7 @@ sample gets one state, with the reason where it is not settled.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import pairwise
 
@@ -15,7 +14,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-from footcal_cli.core.signals import effective_size
+from footcal_cli.core.signals import effective_size, parts_of
 from footcal_cli.errors import DataError
 
 _MAD_TO_SD = 1.4826
@@ -23,7 +22,6 @@ RAIL_CODES = (float(2**23 - 1), float(-(2**23)), float(2**24 - 1))
 """Readings a 24-bit converter shows when it is saturated or not answering."""
 _MEDIAN_OF, _SCATTER_OF = 7, 31
 _HALO = _MEDIAN_OF // 2 + _SCATTER_OF // 2
-_PIECE = 2**18  # samples taken at a time
 _GAP_FACTOR = 10.0
 """A pause this many sample intervals long ends a hold."""
 
@@ -85,6 +83,11 @@ class PlateauOptions:
     same_level: float = 0.02
     glitch_sd: float = 8.0
     dropout_codes: tuple[float, ...] = (0.0, *RAIL_CODES)
+
+    @property
+    def of_loads(self) -> PlateauOptions:
+        """The same for a load that is known at every sample: zero is a load, not a dropout."""
+        return replace(self, dropout_codes=())
 
 
 @dataclass(frozen=True)
@@ -154,7 +157,8 @@ def find_outliers(
     quiet = _MAD_TO_SD * float(np.median(steps)) / np.sqrt(2.0) if steps.size else 0.0
     least = max(quiet, _smallest_step(filled))
     glitch = np.empty_like(dropout)
-    for part, around in _pieces(filled.size, _HALO):
+    for part in parts_of(filled.size):
+        around = slice(max(part.start - _HALO, 0), part.stop + _HALO)  # what the filters reach
         near = filled[around]
         away = np.abs(near - median_filter(near, size=_MEDIAN_OF, mode="nearest"))
         # local scatter: where the load is moved by hand, neighbours differ without being wrong
@@ -162,13 +166,6 @@ def find_outliers(
         inside = slice(part.start - around.start, part.stop - around.start)
         glitch[part] = (away > options.glitch_sd * np.maximum(local, least))[inside]
     return dropout, glitch & ~dropout
-
-
-def _pieces(size: int, halo: int) -> Iterator[tuple[slice, slice]]:
-    """Parts of a long recording, each with the samples around it that its filters reach."""
-    for start in range(0, size, _PIECE):
-        stop = min(start + _PIECE, size)
-        yield slice(start, stop), slice(max(start - halo, 0), min(stop + halo, size))
 
 
 def find_plateaus(
@@ -286,7 +283,7 @@ def _window_trend(
 ) -> tuple[FloatArray, FloatArray]:
     """Slope and scatter of a line over a centred window around each sample, piece by piece."""
     slope, scatter, middle = np.empty_like(time_s), np.empty_like(time_s), np.median(reading)
-    for part, _ in _pieces(time_s.size, 0):
+    for part in parts_of(time_s.size):
         ends = time_s[part.start] - window_s, time_s[part.stop - 1] + window_s
         first, stop = np.searchsorted(time_s, ends)
         inside = slice(part.start - first, part.stop - first)

@@ -10,11 +10,10 @@ import numpy as np
 
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import parts_of
 
 _ROWS_OF_A_RECORDING = 20
 """More rows than this per load and session, closer than a second, are samples of a recording."""
-_PIECE_ROWS = 2**18
-"""Rows of a long recording that are looked at together."""
 _SAME_LOAD = 0.01
 """Loads closer than this share of the span are one load for cross-validation."""
 _MOST_LOADS = 12
@@ -82,20 +81,8 @@ class BenchRecord:
         """How long the longest session lasts; 0 where stamps stand still."""
         return max(float(np.ptp(self.time_s[part])) for part in self.sessions())
 
-    def rows(self, part: slice) -> BenchRecord:
-        """Successive rows; nothing is copied."""
-        warmth = None if self.temperature_degc is None else self.temperature_degc[part]
-        return replace(
-            self,
-            load_n=self.load_n[part],
-            reading=self.reading[part],
-            time_s=self.time_s[part],
-            session=self.session[part],
-            temperature_degc=warmth,
-        )
-
-    def select(self, rows: BoolArray) -> BenchRecord:
-        """Some of the rows."""
+    def select(self, rows: BoolArray | slice) -> BenchRecord:
+        """Some of the rows; of a slice nothing is copied."""
         warmth = None if self.temperature_degc is None else self.temperature_degc[rows]
         return replace(
             self,
@@ -152,7 +139,7 @@ def load_levels(load_n: FloatArray) -> IntArray:
         Shape (n,).
     """
     known = np.isfinite(load_n)
-    parts = [slice(i, i + _PIECE_ROWS) for i in range(0, load_n.size, _PIECE_ROWS)]
+    parts = list(parts_of(load_n.size))
     values = np.unique(np.concatenate([np.unique(load_n[p][known[p]]) for p in parts] or [load_n]))
     level = np.full(load_n.size, -1, dtype=np.int64)
     if not values.size:

@@ -16,6 +16,7 @@ from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
 from footcal_cli.core.inference.fit import fit_map
 from footcal_cli.core.parameters import Estimates, FloatArray, Parameter, ParameterSet, Status
 from footcal_cli.core.readings import STUCK
+from footcal_cli.core.signals import median_sd
 from footcal_cli.errors import FitError
 
 Method = Literal["ordinary", "weighted", "robust"]
@@ -206,7 +207,7 @@ def _robust(
     size = np.abs(coefficients) + 1e-12
     for _ in range(20):  # the scale of the residuals and the fit depend on each other
         residual = load_n - design @ coefficients
-        sigma = 1.4826 * float(np.median(np.abs(residual - np.median(residual))))
+        sigma = median_sd(residual - np.median(residual))
         # more than half the rows fitted exactly: fall back to the rms so that the loss has a scale
         sigma = sigma or float(np.sqrt(np.mean(residual**2))) or 1.0
         found = _huber(design, load_n, coefficients, size, _HUBER_TUNING * sigma)

@@ -292,9 +292,7 @@ def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[f
         own = find_plateaus(record.time_s[part], record.reading[part], options)
         steady = own
         if np.isfinite(record.load_n[part]).all():
-            # a load of zero is a load, not a converter's code
-            plain = replace(options, dropout_codes=())
-            steady = find_plateaus(record.time_s[part], record.load_n[part], plain)
+            steady = find_plateaus(record.time_s[part], record.load_n[part], options.of_loads)
         state[part] = np.where(own.state >= SampleState.GLITCH, own.state, steady.state)
         hold[part] = _levels(steady, first)
         first = int(hold.max()) + 1

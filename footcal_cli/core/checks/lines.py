@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import median_sd
 
 _ROUNDS = 30
 
@@ -31,11 +32,6 @@ def least_absolute(design: FloatArray, target: FloatArray) -> FloatArray:
     weight = np.ones(target.size)
     for _ in range(_ROUNDS):
         residual = weighted_residual(design, target, weight)
-        sd = robust_sd(residual)
+        sd = median_sd(residual)
         weight = 1.0 / np.sqrt(np.maximum(np.abs(residual), 0.1 * sd + 1e-12))
     return residual
-
-
-def robust_sd(residual: FloatArray) -> float:
-    """The sd of a normal distribution of the same median size."""
-    return 1.4826 * float(np.median(np.abs(residual)))

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from footcal_cli.core.checks.lines import least_absolute, robust_sd, weighted_residual
+from footcal_cli.core.checks.lines import least_absolute, weighted_residual
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding, listed
+from footcal_cli.core.signals import median_sd
 
 OFF, OFF_SD = 0.06, 12.0
 """A row is off by this share of the loads' range, and so many robust sd of the others: no curve and
@@ -40,7 +41,7 @@ def check_line(
     sessions = np.unique(part)
     design = np.column_stack([count, *((part == s).astype(float) for s in sessions)])
     residual = least_absolute(design, load)
-    sd = robust_sd(residual)
+    sd = median_sd(residual)
     kept = np.abs(residual) < max(OFF * float(np.ptp(load)), OFF_SD * sd)
     residual = weighted_residual(design, load, kept.astype(float))
     out = np.flatnonzero(~kept)

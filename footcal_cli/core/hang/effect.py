@@ -24,7 +24,6 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Transform,
 )
-from footcal_cli.core.experiments.contract import residual
 from footcal_cli.core.experiments.hang import EXPERIMENT
 from footcal_cli.core.hang.model import (
     AXES,
@@ -131,30 +130,27 @@ class HangResidual:
     ----------
     model
         What hangs, in which runs.
-    names
-        Of its parameters.
     probe
         As many rows of each run as it has regressors, at rest.
     """
 
     model: HangModel
-    names: tuple[str, ...]
     probe: Probe
 
     @classmethod
     def of(cls, model: HangModel) -> HangResidual:
         """Of what hangs."""
-        log, regressors = _rows_at_rest(model)
-        probe = Probe.of(EXPERIMENT, hanging_chain(model), log, regressors)
-        return cls(model, model.parameters(0.0).names, probe)
+        names = model.parameters(0.0).names
+        probe = Probe.of(EXPERIMENT, hanging_chain(model), names, *_rows_at_rest(model))
+        return cls(model, probe)
 
     def errors(self, log: Log, theta: FloatArray) -> FloatArray:
         """Measured − demanded wrench of each row, shape (n, 6), N and Nm."""
-        return residual(EXPERIMENT, self.probe.chain, log, self._named(theta)).error
+        return self.probe.errors(log, theta)
 
     def coefficients(self, theta: FloatArray) -> FloatArray:
         """C of the residual ``w − z Cᵀ`` of a leg at rest, by regressor, shape (L, 6, d)."""
-        return -self.probe.coefficients(self._named(theta))
+        return -self.probe.coefficients(theta)
 
     def at_rest(self, log: Log, theta: FloatArray) -> FloatArray:
         """Readings without what the turning of the leg adds, shape (n, 6)."""
@@ -163,9 +159,6 @@ class HangResidual:
         zero = np.zeros(len(log))
         still = log.with_known(shaft_radps=zero, shaft_radps2=zero)
         return log.readings + self.errors(log, theta) - self.errors(still, theta)
-
-    def _named(self, theta: FloatArray) -> dict[str, float]:
-        return dict(zip(self.names, theta.tolist(), strict=True))
 
 
 def _rows_at_rest(model: HangModel) -> tuple[Log, FloatArray]:

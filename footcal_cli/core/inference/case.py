@@ -15,6 +15,7 @@ from footcal_cli.core.inference.lines import Series
 from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
+from footcal_cli.core.signals import median_sd
 
 MOST_BLOCKS = 60
 """Blocks are merged beyond this number: more would not sharpen a p-value."""
@@ -270,7 +271,7 @@ def _robust_sd(values: FloatArray) -> float:
     """Scale of an output, from the middle of its errors; its size where they are too few."""
     if values.size == 0:
         return 1.0
-    spread = 1.4826 * float(np.median(np.abs(values - np.median(values))))
+    spread = median_sd(values - np.median(values))
     return max(spread, 1e-3 * float(np.sqrt(np.mean(values**2))), 1e-12)
 
 

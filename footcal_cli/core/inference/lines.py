@@ -15,6 +15,7 @@ from scipy import ndimage, stats
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import median_sd
 
 SWING_SLOTS = 2048
 """A longer series of swings is cut: a hum keeps its phase for half a minute, not for an hour."""
@@ -210,7 +211,7 @@ def _whitened(values: FloatArray, slot: IntArray, piece: IntArray) -> tuple[Floa
 
 
 def _without_bursts(values: FloatArray) -> FloatArray:
-    spread = 1.4826 * float(np.median(np.abs(values))) if values.size else 0.0
+    spread = median_sd(values) if values.size else 0.0
     return np.clip(values, -_BURST * spread, _BURST * spread) if spread > 0 else values * 0.0
 
 

@@ -8,7 +8,7 @@ record is, and nothing is lost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,8 @@ class Probe:
 
     Parameters
     ----------
+    names
+        Of the chain's parameters θ.
     log
         L records of d rows each.
     inverse
@@ -43,17 +45,30 @@ class Probe:
 
     experiment: Experiment
     chain: Chain
+    names: tuple[str, ...]
     log: Log
     inverse: FloatArray
 
     @classmethod
-    def of(cls, experiment: Experiment, chain: Chain, log: Log, rows: FloatArray) -> Probe:
+    def of(
+        cls,
+        experiment: Experiment,
+        chain: Chain,
+        names: tuple[str, ...],
+        log: Log,
+        rows: FloatArray,
+    ) -> Probe:
         """Of the regressors (d, d) of each record of a log."""
-        return cls(experiment, chain, log, np.asarray(np.linalg.inv(rows), float))
+        return cls(experiment, chain, names, log, np.asarray(np.linalg.inv(rows), float))
 
-    def coefficients(self, values: Mapping[str, float]) -> FloatArray:
-        """C of the errors ``z Cᵀ`` of each record at the chain's parameters, shape (L, c, d)."""
-        error = residual(self.experiment, self.chain, self.log, values).error
+    def errors(self, log: Log, theta: FloatArray) -> FloatArray:
+        """The residual of any log of the experiment, shape (n, c)."""
+        values = dict(zip(self.names, theta.tolist(), strict=True))
+        return residual(self.experiment, self.chain, log, values).error
+
+    def coefficients(self, theta: FloatArray) -> FloatArray:
+        """C of the errors ``z Cᵀ`` of each record, shape (L, c, d)."""
+        error = self.errors(self.log, theta)
         rows = error.reshape(-1, len(self.inverse), error.shape[1])
         return np.asarray((self.inverse @ rows).transpose(0, 2, 1))
 

@@ -7,7 +7,6 @@ mount_translation, leg_weight, robot_weight. What their chain and the balance ma
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,33 +65,28 @@ class StandingResidual:
 
     Parameters
     ----------
-    names
-        Of the chain's parameters, in the order of `standing_values`.
     probe
-        Poses of a robot of which no weight is believed: all of it is correction.
+        Poses of a robot of which no weight is believed: all of it is correction. Its parameters
+        are in the order of `standing_values`.
     """
 
     geometry: Geometry
-    names: tuple[str, ...]
     probe: Probe
 
     @classmethod
     def of(cls, geometry: Geometry) -> StandingResidual:
         """Of a robot with this geometry."""
-        count = len(geometry.legs)
+        legs, features = geometry.legs, _features(len(geometry.legs))
+        log = _poses(geometry, features)
         return cls(
             geometry,
-            standing_names(geometry.legs),
-            Probe.of(EXPERIMENT, standing_chain(geometry.legs), _poses(geometry), _features(count)),
+            Probe.of(EXPERIMENT, standing_chain(legs), standing_names(legs), log, features),
         )
 
     def matrix(self, mounting: Mounting, structure: Structure) -> FloatArray:
         """M, shape (6, 6K + 4)."""
         values = standing_values(self.geometry, mounting, structure)
-        return np.asarray(self.probe.coefficients(self._named(values))[0])
-
-    def _named(self, values: FloatArray) -> Mapping[str, float]:
-        return dict(zip(self.names, values.tolist(), strict=True))
+        return np.asarray(self.probe.coefficients(values)[0])
 
 
 def _features(legs: int) -> FloatArray:
@@ -104,11 +98,9 @@ def _features(legs: int) -> FloatArray:
     return features
 
 
-def _poses(geometry: Geometry) -> Log:
+def _poses(geometry: Geometry, features: FloatArray) -> Log:
     """The poses of `_features`."""
-    legs = len(geometry.legs)
-    features = _features(legs)
-    poses = len(features)
+    legs, poses = len(geometry.legs), len(features)
     up = -features[:, 6 * legs : -1]
     ahead = np.roll(up, 1, axis=1)
     known = {
