@@ -46,7 +46,7 @@ def seconds_apart(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if whole.values is None or rest.values is None or not _whole(whole) or not _whole(rest):
             continue
         named = bool(_SECONDS.search(whole.column) and _NANOSECONDS.search(rest.column))
-        since_1970 = 1e9 < whole.values[0] < 5e9 and increases(whole.values, strictly=False)
+        since_1970 = 1e9 < whole.values[0] < 5e9 and _rises_within(whole.values, rest.values)
         inside = rest.values.min() >= 0 and 1e6 < rest.values.max() < 1e9
         if not (inside and (named or since_1970)):
             continue
@@ -57,6 +57,13 @@ def seconds_apart(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         other = rest.as_quantity("other", "likely", f"nanoseconds of {whole.column}")
         return [{id(whole): time, id(rest): other}.get(id(c), c) for c in columns]
     return columns
+
+
+def _rises_within(whole: FloatArray, rest: FloatArray) -> bool:
+    """Whether numbers never fall, and others rise while they stay, as parts of a second do."""
+    steps = np.diff(whole)
+    inside = np.diff(rest)[steps == 0]
+    return bool(np.all(steps >= 0) and np.all(inside >= 0) and np.any(inside > 0))
 
 
 def _whole(column: ColumnGuess) -> bool:

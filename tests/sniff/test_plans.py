@@ -315,3 +315,24 @@ def test_an_inertial_unit_beside_cells_is_neither_foot_nor_cell(tmp_path: Path) 
     places = ("fl", "fr", "rl", "rr")
     assert plan.channels == tuple(f"{side}_{p}" for side in ("left", "right") for p in places)
     assert plan.entries["time_s"].factor == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("names", ["micros,raw", "clock,raw"])
+def test_a_counter_that_wraps_and_counts_are_no_seconds_and_nanoseconds(
+    tmp_path: Path, names: str
+) -> None:
+    """A 32-bit counter of microseconds near its end looks like seconds since 1970."""
+    us = (4_280_000_000 + 12_500 * np.arange(2256)) % 2**32
+    counts = np.random.default_rng(7).normal(8.3e6, 40.0, us.size).round()
+    rows = "".join(f"{t},{y:.0f}\n" for t, y in zip(us, counts, strict=True))
+    file = _written(tmp_path, "teensy.csv", f"{names}\n{rows}")
+    plan = plan_of(file)
+    assert plan is not None
+    assert plan.channels == ("raw",)
+    assert plan.entries["time_s"].wraps_at == 2**32
+    ros = 1_700_000_000.0 + 0.0125 * np.arange(400)
+    stamps = "".join(
+        f"{int(t)},{1e9 * (t % 1):.0f},{y:.0f}\n" for t, y in zip(ros, counts, strict=False)
+    )
+    file = _written(tmp_path, "ros.csv", f"a,b,raw\n{stamps}")
+    assert file.rate_hz == pytest.approx(80.0, rel=1e-3)
