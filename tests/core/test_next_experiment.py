@@ -123,6 +123,13 @@ def test_aliases_of_a_robot_find_their_experiment(
     assert menu.prospects[0].plan.id in expected
 
 
+@pytest.mark.parametrize("rival", ["load_bypass", "hinge"])
+def test_a_scale_settles_a_wrong_mass_whatever_copies_it(rival: str) -> None:
+    menu = menu_for([contender("mass"), contender(rival)], TABLE, WALKER)
+    weighed = next(p for p in menu.prospects if p.plan.id == "weigh_standing")
+    assert (weighed.left, weighed.cosine, weighed.minutes) == (0.0, 0.0, 5.0)
+
+
 def test_toes_turned_out_and_in_tell_a_foot_from_the_body() -> None:
     """A shift of all cells in their feet is one of the CoM while both feet point ahead."""
     body = contender("com_offset", com_correction_x=0.003, com_correction_y=0.002)

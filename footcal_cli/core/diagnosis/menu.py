@@ -16,7 +16,7 @@ The plans by id, and the kind of log that `diagnose` then reads:
     ``holes`` one weight on 18 holes of each foot, at five sizes.
 ``stand``
     ``stand_turned`` 24 quiet stances of 4 s on both feet and on one, leaning, toes turned 45° out
-    and 15° in by turns.
+    and 15° in by turns; ``weigh_standing`` the log at hand again, the robot's mass from a scale.
 ``walk`` (body and cells as streams)
     ``bounce`` on both feet, three times 12 s: bouncing and swaying, tempo rising from 0.5 to 4 Hz,
     hips down by 20 % and up again every 4 s; ``turn_and_bounce`` the same, three times facing each
@@ -32,7 +32,7 @@ The plans by id, and the kind of log that `diagnose` then reads:
     three legs in turn; ``weigh_robot`` the log at hand again, the robot's weight from a scale;
     ``hang_again`` the log at hand again, the legs' weights from another hanging.
 
-Three of them take an effect out of the question instead of making it look different: what is then
+Four of them take an effect out of the question instead of making it look different: what is then
 diagnosed, without that effect in the table, shows whether the others are still there.
 
 What no log can show (a spirit level, a scale) has no id; the table's own advice stands then.

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from footcal_cli.core.diagnosis import planned_bench as bench
 from footcal_cli.core.diagnosis import planned_robot as robot
 from footcal_cli.core.diagnosis.rig import Rig
+from footcal_cli.core.effects.body import MASS
 from footcal_cli.core.effects.six_axis_beliefs import LEG_WEIGHT, ROBOT_WEIGHT
 from footcal_cli.core.effects.transport import LAG
 from footcal_cli.core.experiments import hang, placements, pose, stand, walk, weights
@@ -77,6 +78,10 @@ PLANS: tuple[Plan, ...] = (
          "15° in by turns, on both feet and on one, at several heights, leaning this way and that",
          6.0, 24,
          robot.stand_turned),
+    Plan("weigh_standing", stand.EXPERIMENT, "the robot as it stands on a scale, battery and "
+         "cables included, its weight as mass_kg in the recipe, and the same log diagnosed again: "
+         "what cells get wrong stays", 5.0, 24, robot.stand_turned,
+         settles=(MASS.name,), anew=False),
     Plan("bounce", _WALK, "bouncing and swaying on both feet, three times 12 s with a tempo that "
          "rises from 0.5 to 4 Hz, hips going down by a fifth and up again every 4 s",
          2.0, 12, robot.bounce),

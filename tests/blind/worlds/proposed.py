@@ -27,6 +27,7 @@ SCALE_N = 0.02
 SETTLED: Mapping[str, tuple[str, ...]] = {
     "walk_unsmoothed": ("lag",),
     "weigh_robot": ("robot_weight",),
+    "weigh_standing": ("mass",),
     "hang_again": ("leg_weight",),
 }
 """What goes because the experimenter switched it off, or looked."""
@@ -132,7 +133,7 @@ def can_make(plan: str) -> bool:
 
 def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
     """The clean world of a proposed experiment on the robot of another world."""
-    if plan == "weigh_robot":
+    if plan in ("weigh_robot", "weigh_standing"):
         mass = like.robot["mass_kg"] + rng.normal(0.0, SCALE_N) / GRAVITY_MPS2
         return replace(like, robot={**like.robot, "mass_kg": mass})
     if plan == "hang_again":
