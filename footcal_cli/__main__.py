@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 
 
+def _leave(number: int, _frame: object) -> None:
+    """End at once while the first imports are under way: nothing has begun."""
+    sys.stderr.write("footcal: interrupted, nothing half-written\n")
+    sys.stderr.flush()
+    os._exit(128 + number)
+
+
 def run() -> None:
     """Run the command line of this process."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
     from footcal_cli.session.interruption import Interrupted, watched
 
     with watched(until_exit=True) as interruption:

@@ -187,6 +187,35 @@ def test_a_unit_in_the_name_of_a_mapped_column_counts_unless_the_recipe_says_ano
         assert table.number("load_n") == pytest.approx([newtons, 2 * newtons])
 
 
+@pytest.mark.parametrize(
+    ("name", "newtons"),
+    [("load (g)", G), ("Kraft [kN]", 1e6), ("F_kN", 1e6), ("Gewicht [lb]", 1e3 * 0.45359237 * G),
+     ("F [N]", 1e3), ("load_fl", 1e3), ("F (left)", 1e3), ("n_m", 1e3)],
+)  # fmt: skip
+def test_a_unit_in_brackets_or_at_the_end_of_a_name_is_the_unit(
+    tmp_path: Path, name: str, newtons: float
+) -> None:
+    path = tmp_path / "weights.csv"
+    path.write_text(f"channel,{name},counts\na,1000,1\na,2000,2\n", "utf-8")
+    table = read_table(path, weights_table(), {"load_n": ForeignColumn(name)}, gravity_mps2=G)
+    assert table.number("load_n") == pytest.approx([newtons, 2 * newtons])
+
+
+@pytest.mark.parametrize("name", ["weight_gr", "Masse [gr]", "load kp", "load_lb"])
+def test_a_unit_that_is_not_clear_at_the_end_of_a_name_is_asked_for(
+    tmp_path: Path, name: str
+) -> None:
+    path = tmp_path / "weights.csv"
+    path.write_text(f"channel,{name},counts\na,1000,1\na,2000,2\n", "utf-8")
+    with pytest.raises(UsageError, match="is not clear") as refused:
+        read_table(path, weights_table(), {"load_n": ForeignColumn(name)}, gravity_mps2=G)
+    assert refused.value.remedy is not None
+    assert f'load_n = {{ column = "{name}", unit = "…" }}' in refused.value.remedy
+    said = ForeignColumn(name, "N")
+    table = read_table(path, weights_table(), {"load_n": said}, gravity_mps2=G)
+    assert table.number("load_n") == pytest.approx([1000, 2000])
+
+
 def test_half_a_vector_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "body.csv"
     kind = body_table(())

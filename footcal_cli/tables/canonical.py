@@ -19,7 +19,7 @@ from footcal_cli.tables.values import durations, numbers, seconds, stamps, texts
 READING_UNITS = ("V", "mV", "uV", "mV/V")
 """Units of a cell's reading that is neither counts nor a force; kept as they are."""
 NOT_SAID = "?"
-"""Stands in a recipe for a unit that its writer has to be asked for."""
+"""Stands in a recipe for a unit that its writer has to be asked for, and behind one in a name."""
 _EXAMPLES = {"N": "N, kg, g, lb …", "m": "m, cm, mm …", "N*m": "N*m, N*mm …", "s": "s, ms, us, ns"}
 
 
@@ -130,11 +130,19 @@ def conversion_of(
     target = "count" if is_reading(spec) else spec.unit
     if place.unit is None or place.unit == target:
         return None
-    if place.unit == NOT_SAID:
+    if place.unit.endswith(NOT_SAID):
+        examples = _EXAMPLES.get(target or "", target or "a unit")
+        if word := place.unit.removesuffix(NOT_SAID):
+            raise UsageError(
+                f"'{word}' may be the unit of {spec.name}, and is not clear", file=path,
+                column=place.column,
+                remedy=f'write {spec.name} = {{ column = "{place.column}", unit = "…" }} in '
+                f"[columns]: {examples}",
+            )  # fmt: skip
         raise UsageError(
             f"nothing says the unit of {spec.name}", file=path, column=place.column or None,
             remedy=f'write it in place of "{NOT_SAID}" in [columns]: '
-            + _EXAMPLES.get(target or "", target or "a unit"),
+            + examples,
         )  # fmt: skip
     if target is None:
         raise UsageError(

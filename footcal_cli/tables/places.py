@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, nearest
+from footcal_cli.tables.canonical import NOT_SAID, is_reading
 from footcal_cli.tables.columns import UNIT_SUFFIXES, Column, TableType, converts
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import row_time, source_names
+from footcal_cli.tables.units import MEANT, PLACES_TOO, may_mean
+
+_IN_BRACKETS = re.compile(r"[\[(<{]([^\])>}]*)[\])>}]\s*$")
+_WORD = 2
+"""Letters that a unit must have at least at the end of a name, where no brackets are round it."""
 
 
 def places_of(table: TableType, reading: Reading, path: Path) -> list[Places]:
@@ -117,10 +124,22 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
 
 
 def _unit_in_name(column: str, spec: Column) -> str | None:
-    """The unit by which a foreign name ends, if it is one of the quantity; else the canonical."""
-    suffix = column.rsplit("_", 1)[-1] if "_" in column else ""
-    known = spec.suffix is not None and suffix in UNIT_SUFFIXES and converts(suffix, spec.suffix)
-    return UNIT_SUFFIXES[suffix] if known else spec.unit
+    """The unit by which a foreign name ends, if it is one of the quantity; else the canonical.
+
+    With a question mark where it may be one: ``weight_gr``, or ``force_lb``, which may be of the
+    left back foot.
+    """
+    if spec.suffix is None or spec.unit is None:
+        return spec.unit
+    bracketed = _IN_BRACKETS.search(column)
+    end = bracketed[1].strip() if bracketed else re.split(r"[_ ]", column)[-1]
+    if end in UNIT_SUFFIXES and converts(end, spec.suffix):
+        return UNIT_SUFFIXES[end]
+    no_word = end in (spec.unit, column) or (len(end) < _WORD and not bracketed)
+    if no_word or is_reading(spec) or not may_mean(end, spec.unit):
+        return spec.unit
+    doubtful = end in MEANT or (end in PLACES_TOO and not bracketed)
+    return f"{end}{NOT_SAID}" if doubtful else end
 
 
 def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str, str | None]:

@@ -63,6 +63,9 @@ MEANT = {
 }  # fmt: skip
 """Spellings that are not taken -> what was probably meant."""
 
+PLACES_TOO = frozenset({"lb", "ft", "in", "min"})
+"""Units that are the end of other names as well: left back, force and torque, smallest."""
+
 _LONGEST = 40
 _ATOM = re.compile(r"([A-Za-zµμ°][A-Za-z_µμ°0]*)(?:(?:\*\*|\^)(-?[1-4]))?")
 _SUPERSCRIPTS = {"²": "^2", "³": "^3", "·": "*", "⋅": "*", "×": "*"}
@@ -200,6 +203,17 @@ def conversion(unit: str, to: str, gravity_mps2: float) -> Conversion:
     offset = float(registry.Quantity(0.0, source).to(target).magnitude)
     slope = float(registry.Quantity(1.0, source).to(target).magnitude) - offset
     return Conversion(named, wanted, slope, offset)
+
+
+def may_mean(word: str, to: str) -> bool:
+    """Whether a word is a unit that converts to another, or may have been meant as one."""
+    if word not in SPELLINGS and word not in MEANT and not re.search(r"[*/·^²]", word):
+        return False
+    meant = [text.split()[0] for text in MEANT.get(word, (word,)) if text != "counts"]
+    try:
+        return any(conversion(unit, to, 1.0) for unit in meant)
+    except UsageError:
+        return False
 
 
 def load_list(text: str, gravity_mps2: float) -> tuple[float, ...]:

@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import Literal
 
 import pytest
+import typer
+from typer.main import get_command
 
+from footcal_cli.app import COMMANDS, function_of
 from footcal_cli.core.online.comparison import left_interval
 from footcal_cli.core.online.evidence import Departure
 from footcal_cli.core.online.jumps import Jump
@@ -264,3 +267,17 @@ def test_a_motion_beyond_what_was_thought_possible_is_not_good(name: str, doubte
     found = left_interval(Departure(name, "s²", 3.0, 4e-3, -1.5e-3, 1.5e-3))
     assert found.severity == "warning"
     assert (found.code in DOUBTFUL) == doubted
+
+
+def test_every_command_that_judges_data_has_strict_findings() -> None:
+    """`docs/ci.md` says which have not, and why."""
+    without = {"convert", "export", "init", "effects", "schema"}
+    for name in COMMANDS:
+        options = {option for p in get_command(_one(name)).params for option in p.opts}
+        assert ("--strict-findings" in options) == (name not in without), name
+
+
+def _one(name: str) -> typer.Typer:
+    one = typer.Typer(add_completion=False)
+    one.command(name)(function_of(name))
+    return one

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 import time
 import weakref
 
@@ -42,3 +44,28 @@ def test_what_else_goes_wrong_there_is_still_reported(
         del thing
     assert reference() is None
     assert reported == [ZeroDivisionError]
+
+
+_DURING = """
+import signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "footcal_cli.session.interruption":
+            signal.raise_signal({number})
+sys.meta_path.insert(0, Finder())
+from footcal_cli.__main__ import run
+run()
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_during_the_first_imports_ends_in_one_sentence(
+    number: signal.Signals, code: int
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _DURING.format(number=int(number)), "--help"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == code
+    assert done.stdout == ""
+    assert done.stderr == "footcal: interrupted, nothing half-written\n"
