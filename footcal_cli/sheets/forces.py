@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from footcal_cli.core.signals import Seen
+from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, VerdictRecord
 from footcal_cli.report import Sheet, number
 from footcal_cli.report.outcome import Outcome
 
 
 def outcome_of(
-    robot: str, cells: int, total: Seen, feet: dict[str, Seen], lost: int, least_force_n: float
+    robot: Robot, total: Seen, feet: dict[str, Seen], lost: int, least_force_n: float
 ) -> Outcome:
-    """Sum of all forces, and the load of each foot."""
+    """Sum of all forces beside the robot's weight, and the load of each foot."""
+    weight = "no mass_kg to compare it with"
+    if robot.weight_n is not None:
+        weight = f"the robot weighs {number(robot.weight_n, 4)} N"
     rows = [
         (
             foot,
@@ -22,11 +26,11 @@ def outcome_of(
         for foot, seen in feet.items()
     ]
     return Outcome(
-        title=f"Forces of {robot}",
+        title=f"Forces of {robot.name}",
         verdict=VerdictRecord(
             level="good",
-            sentence=f"{cells} cells calibrated over {total.count:,} samples; sum of all "
-            f"forces {number(total.median, 4)} N (median).",
+            sentence=f"{len(robot.cell_names)} cells calibrated over {total.count:,} samples; sum of "
+            f"all forces {number(total.median, 4)} N (median), {weight}.",
         ),
         sheets=(Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),),
         footer=(

@@ -82,6 +82,19 @@ def test_corrections_of_cells_and_of_the_cop_are_undone(
     assert error["bare"] > 3.0
     assert error["physical"] < 1.0
     assert error["polynomial"] < 1.5
+    assert "no mass_kg to compare it with" in " ".join(answer.out.split())
+
+
+def test_the_sum_of_the_forces_stands_beside_the_weight(
+    bench: Path, placed: pd.DataFrame, log: Path, tmp_path: Path, run: Run
+) -> None:
+    mass = float(placed["load_n"].median()) / 9.80665
+    recipe = RECIPE.read_text("utf-8").replace("[robot]", f"[robot]\nmass_kg = {mass}", 1)
+    (tmp_path / "heavy.toml").write_text(recipe, "utf-8")
+    bare = without_corrections(bench, tmp_path / "bare.json")
+    answer = run("apply", log, "--recipe", tmp_path / "heavy.toml", "--parameters", bare,
+                 "--out", tmp_path / "out")  # fmt: skip
+    assert f"the robot weighs {placed['load_n'].median():.4g} N" in " ".join(answer.out.split())
 
 
 def test_a_cop_is_not_corrected_twice(bench: Path, log: Path, tmp_path: Path, run: Run) -> None:
