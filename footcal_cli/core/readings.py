@@ -26,6 +26,10 @@ UNLOADED = 0.1
 """A lifted foot's cells all lie within this share of their range, for this share of the time."""
 _FEWEST_STEPS = 4
 _FEWEST_LEVELS = 3
+_CODES = (2.0**16, 2.0**24, 2.0**32)
+SIGN_SPAN, _LEVEL_APART = 0.25, 0.1
+"""Share of a converter's range in which codes lie that lost their sign, and of their own span
+between two levels."""
 _FEWEST_LOADED = 12
 LOOSE_SCATTER, LOOSE_SHARE = 10.0, 0.1
 """A channel that scatters from sample to sample by so many times its siblings' scatter, and by so
@@ -88,6 +92,24 @@ def find_end_codes(counts: FloatArray, bits: int) -> BoolArray:
     return np.asarray(at_end)
 
 
+def lost_sign(counts: FloatArray) -> float:
+    """2^bits of a converter whose negative codes are read as the largest ones; 0 of any other.
+
+    Codes then lie at both ends of the range with nothing between, and close together once those
+    beyond the middle count as negative. Three levels at least: of two, each may be an end.
+    """
+    seen = np.unique(counts[np.isfinite(counts)])
+    if seen.size < _FEWEST_LEVELS or seen[0] < 0 or np.any(seen != np.round(seen)):
+        return 0.0
+    for at in _CODES:
+        signed = np.sort(np.where(seen >= at / 2, seen - at, seen))
+        span = signed[-1] - signed[0]
+        apart = seen[-1] < at and np.ptp(seen) > (1.0 - SIGN_SPAN) * at and span < SIGN_SPAN * at
+        if apart and np.sum(np.diff(signed) > _LEVEL_APART * span) >= _FEWEST_LEVELS - 1:
+            return at
+    return 0.0
+
+
 @listed
 def check_codes(channel: str, counts: FloatArray, bits: int) -> Iterator[Finding]:
     """Find saturated codes, a stuck channel and offset-binary readings of one channel."""
@@ -99,6 +121,13 @@ def check_codes(channel: str, counts: FloatArray, bits: int) -> Iterator[Finding
             f"{int(at_end.sum())} of {counts.size} readings are an end code of a {bits}-bit "
             f"converter ({counts[at_end][0]:,.0f})",
             "lower the gain or the load; check the wiring of the bridge",
+        )  # fmt: skip
+    if at := lost_sign(counts):
+        yield Finding(
+            "sign_lost", "alarm", channel,
+            f"readings lie at both ends of 0 … {at:,.0f} with nothing between: negative codes were "
+            "read without their sign",
+            f'write {{ column = "…", wraps_at = {at:.0f} }} for it in [columns]',
         )  # fmt: skip
     if counts.size > 1 and np.ptp(counts) == 0:
         yield Finding(
@@ -274,6 +303,13 @@ def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Fi
     ]  # fmt: skip
 
 
+def _by_rank(load: FloatArray, count: FloatArray) -> float:
+    """Spearman's correlation, which a few glitches do not move far."""
+    from scipy import stats
+
+    return float(stats.spearmanr(load, count)[0])
+
+
 def check_known_loads(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
     """Find a cell whose counts do not follow its known loads.
 
@@ -288,7 +324,7 @@ def check_known_loads(load_n: FloatArray, counts: FloatArray, channel: str) -> l
         return []
     with np.errstate(over="ignore", invalid="ignore"):
         r = float(np.corrcoef(load, count)[0, 1])
-    if r**2 > LINEAR:
+    if r**2 > LINEAR or _by_rank(load, count) ** 2 > LINEAR:
         return []
     return [
         Finding(

@@ -29,8 +29,8 @@ def outcome_of(
         title=f"Forces of {robot.name}",
         verdict=VerdictRecord(
             level="good",
-            sentence=f"{len(robot.cell_names)} cells calibrated over {total.count:,} samples; sum of "
-            f"all forces {number(total.median, 4)} N (median), {weight}.",
+            sentence=f"{len(robot.cell_names)} cells calibrated over {total.count:,} samples; sum "
+            f"of all forces {number(total.median, 4)} N (median), {weight}.",
         ),
         sheets=(Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),),
         footer=(

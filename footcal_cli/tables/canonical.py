@@ -99,7 +99,8 @@ def canonical(
     kept = replace(spec, missing="keep") if place.missing else spec
     values = numbers(raw, kept, source, place.unit, path)
     if place.wraps_at is not None:
-        values = unwrapped(values, place.wraps_at)
+        again = signed if is_reading(spec) else unwrapped
+        values = again(values, place.wraps_at)
     if place.summed:
         values = np.cumsum(values.astype(np.float64))
     change = conversion_of(spec, place, gravity_mps2, path)
@@ -115,6 +116,11 @@ def unwrapped(values: NDArray[Any], at: float) -> NDArray[Any]:
     """A counter (n,) that begins again from zero, as if it had gone on counting."""
     turns = np.cumsum(np.diff(values.astype(np.float64), prepend=values[:1]) < -at / 2)
     return np.asarray(values + turns.astype(values.dtype) * values.dtype.type(at))
+
+
+def signed(values: NDArray[Any], at: float) -> NDArray[Any]:
+    """Codes (n,) of a converter whose sign was lost: those beyond the middle are negative."""
+    return np.where(values >= at / 2, values - values.dtype.type(at), values)
 
 
 def conversion_of(

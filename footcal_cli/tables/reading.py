@@ -40,7 +40,8 @@ class ForeignColumn:
     nanoseconds
         Another column of the file: nanoseconds beside the whole seconds of `column`.
     wraps_at
-        A counter that reaches this number begins again from zero.
+        A counter that reaches this number begins again from zero; of a cell's counts, the number
+        of codes of a converter whose sign was lost.
     summed
         Each number is what came on top of all above it: their sum is meant.
     names
