@@ -159,7 +159,7 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     made = ColumnGuess(column, name, unit, sure, said, values, missing=missing)
     if name.quantity in ("reading", "unknown") and (at := lost_sign(values)):
         back = signed(values, at)
-        return replace(made, values=back, wraps_at=at, why="negative codes without their sign")
+        return replace(made, values=back, wraps_at=at)
     return unwrapped_counter(made) if name.quantity in ("time", "unknown", "sequence") else made
 
 

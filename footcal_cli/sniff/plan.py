@@ -158,7 +158,9 @@ def reading_entry(column: ColumnGuess) -> Entry:
         unit, why = column.unit, "a voltage: the scale is N per volt"
     elif column.unit in FORCES:
         unit, why = column.unit, "a force that was calibrated before"
-    return Entry(column, unit, sure=sure, why=why, missing=column.missing)
+    if column.wraps_at:
+        why = "counts whose negative codes were read without their sign"
+    return Entry(column, unit, sure=sure, why=why, wraps_at=column.wraps_at, missing=column.missing)
 
 
 _NEEDED = ("weights", "weights_together", "placements", "cop_points")

@@ -20,9 +20,12 @@ from footcal_cli.core.quality import (
 from footcal_cli.core.readings import (
     check_codes,
     check_dead_channels,
+    check_known_loads,
     check_loose_channels,
     find_glitches,
+    lost_sign,
 )
+from footcal_cli.tables.canonical import signed
 
 LOADS = np.array([0.0, 1.0, 2.0, 5.0])
 
@@ -184,3 +187,28 @@ def test_a_few_wild_samples_are_glitches_of_a_short_log_too(size: int) -> None:
     wild = rng.choice(size, 8, replace=False)
     noise[wild] = 50.0
     np.testing.assert_array_equal(np.flatnonzero(find_glitches(noise)), np.sort(wild))
+
+
+def test_negative_codes_without_their_sign_are_told_from_two_ends_of_a_range() -> None:
+    rng = np.random.default_rng(4)
+    levels = np.repeat([4400.0, -140_000.0, -284_000.0, -572_000.0], 6)
+    true = levels + rng.normal(0.0, 40.0, levels.size).round()
+    for bits in (24, 32):
+        read = np.mod(true, 2.0**bits)
+        assert lost_sign(read) == 2.0**bits
+        np.testing.assert_array_equal(signed(read, 2.0**bits), true)
+        assert "sign_lost" in {f.code for f in check_codes("a", read, 24)}
+    assert lost_sign(true) == 0.0
+    full = np.repeat([500.0, 65_000.0], 6) + rng.integers(-40, 40, 12)  # 16 bits, no load and all
+    assert lost_sign(full) == 0.0
+    assert lost_sign(np.repeat([0.0, 8e6, 8.1e6, 2.0**24 - 1], 4)) == 0.0  # end codes among counts
+
+
+def test_a_few_glitches_do_not_make_a_cell_dead() -> None:
+    rng = np.random.default_rng(5)
+    load = np.repeat([0.0, 5.0, 10.0, 20.0], 30)
+    counts = 8.2e6 - 3e4 * load + rng.normal(0.0, 40.0, load.size)
+    counts[rng.permutation(load.size)[:5]] = [0, 0, 16777215, 0, 16777215]
+    assert not check_known_loads(load, counts, "a")
+    dead = rng.normal(8.2e6, 40.0, load.size)
+    assert [f.code for f in check_known_loads(load, dead, "a")] == ["dead_cell"]
