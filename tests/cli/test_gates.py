@@ -9,11 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import pytest
 
 from footcal_cli.core.online.comparison import left_interval
 from footcal_cli.core.online.evidence import Departure
 from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.plausibility import check_gains
 from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report.outcome import Outcome
@@ -264,3 +266,11 @@ def test_a_motion_beyond_what_was_thought_possible_is_not_good(name: str, doubte
     found = left_interval(Departure(name, "s²", 3.0, 4e-3, -1.5e-3, 1.5e-3))
     assert found.severity == "warning"
     assert (found.code in DOUBTFUL) == doubted
+
+
+def test_a_walk_that_turns_a_scale_over_is_bad() -> None:
+    gain = np.array([0.2, -0.4, -2.0, 1.5, np.nan])
+    found = tuple(check_gains(("a", "b", "c", "d", "e"), gain))
+    assert [(f.where, f.severity) for f in found] == [(c, "alarm") for c in "cde"]
+    judged = trusted(replace(outcome(), parameters=calibration(), findings=found))
+    assert (judged.verdict.level, judged.usable) == ("bad", False)
