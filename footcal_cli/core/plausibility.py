@@ -76,7 +76,7 @@ def check_gains(channels: Sequence[str], gain: FloatArray) -> list[Finding]:
         Finding(
             "scale_out_of_reason", "alarm", channel,
             f"the scale came out {1.0 + change:.3g} times what it was before: no cell changes so "
-            "much and works, the fit went astray",
+            "much and works: the fit went astray, or the scale before was another cell's",
             "do not use it; compare the body's stream and the feet's places with the recipe "
             "(footcal check), or calibrate with weights (footcal offline-fit)",
         )
