@@ -37,6 +37,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
 
     from footcal_cli.core.next_stance import stance_curve
     from footcal_cli.core.online.weighed import weighed_standing
+    from footcal_cli.core.plausibility import check_gains
     from footcal_cli.core.stances import stance_rows
     from footcal_cli.core.static_init import fit_static, stance_errors
     from footcal_cli.intake.stances import all_stances, next_menu
@@ -68,6 +69,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
             rows.prior_correlation, weight_n, robot.mass_kg or 1.0,
         )  # fmt: skip
     session.note(weighed.findings())
+    session.note(check_gains(belief.channels, fit.gain))
     found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed)
     session.note(standing_findings(recordings, fit.chi2, fit.dof))
     return replace(found, parameters=feet_calibration(session, fit.estimates))

@@ -62,6 +62,29 @@ def check_scale(channel: str, scale: float, nameplate: float | None) -> list[Fin
     ]  # fmt: skip
 
 
+def check_gains(channels: Sequence[str], gain: FloatArray) -> list[Finding]:
+    """Find scales that a fit without known loads moved out of reason: another solution, or none.
+
+    Whatever sd is stated: where rows contradict each other it grows with the error.
+
+    Parameters
+    ----------
+    gain
+        Relative change γ of each scale against the one before, shape (c,); NaN counts as found.
+    """
+    return [
+        Finding(
+            "scale_out_of_reason", "alarm", channel,
+            f"the scale came out {1.0 + change:.3g} times what it was before: no cell changes so "
+            "much and works: the fit went astray, or the scale before was another cell's",
+            "do not use it; compare the body's stream and the feet's places with the recipe "
+            "(footcal check), or calibrate with weights (footcal offline-fit)",
+        )
+        for channel, change in zip(channels, gain, strict=True)
+        if not SCALE_RANGE[0] < 1.0 + change < SCALE_RANGE[1]
+    ]  # fmt: skip
+
+
 def _unit_of_loads(ratio: float) -> str | None:
     """The unit in which loads were noted that read so many times what they should in newtons."""
     # loads noted in kg and read as N make a scale 9.8 times too small

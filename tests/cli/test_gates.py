@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import pytest
 import typer
 from typer.main import get_command
@@ -17,6 +18,7 @@ from footcal_cli.app import COMMANDS, function_of
 from footcal_cli.core.online.comparison import left_interval
 from footcal_cli.core.online.evidence import Departure
 from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.plausibility import check_gains
 from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report.outcome import Outcome
@@ -281,3 +283,11 @@ def _one(name: str) -> typer.Typer:
     one = typer.Typer(add_completion=False)
     one.command(name)(function_of(name))
     return one
+
+
+def test_a_walk_that_turns_a_scale_over_is_bad() -> None:
+    gain = np.array([0.2, -0.4, -2.0, 1.5, np.nan])
+    found = tuple(check_gains(("a", "b", "c", "d", "e"), gain))
+    assert [(f.where, f.severity) for f in found] == [(c, "alarm") for c in "cde"]
+    judged = trusted(replace(outcome(), parameters=calibration(), findings=found))
+    assert (judged.verdict.level, judged.usable) == ("bad", False)

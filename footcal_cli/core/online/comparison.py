@@ -46,6 +46,7 @@ from footcal_cli.core.online.replay import (
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.weighed import Weighed, weighed_walking
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray
+from footcal_cli.core.plausibility import check_gains
 from footcal_cli.core.quality import Finding
 
 _OUTLIER_SD = 6.0
@@ -163,7 +164,7 @@ class Comparison:
         return weighed_walking(self.belief, track.values[-1, :c], track.covariance[:c, :c], mass_kg)
 
     def findings(self) -> Iterator[Finding]:
-        """Jumps, a wrong mass, parameters that left their interval, inconsistent innovations."""
+        """Jumps, wrong masses, scales and innovations, parameters that left their interval."""
         for jump in self.memory.jumps:
             yield Finding(
                 BIAS_JUMP.name, "alarm" if jump.sure else "note", jump.name.removesuffix(".bias"),
@@ -173,6 +174,8 @@ class Comparison:
                 if jump.sure else "nothing, unless it comes again: its size is not sure",
             )  # fmt: skip
         yield from self.weighed.findings()
+        channels = self.belief.channels
+        yield from check_gains(channels, self.memory.track.values[-1, : len(channels)])
         yield from map(left_interval, self.departures)
         if self.memory.repeated > INADEQUATE:
             yield Finding(
