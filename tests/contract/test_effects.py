@@ -208,7 +208,7 @@ def test_memory_goes_on_where_the_next_session_comes_at_the_pace_of_the_readings
     n, half = len(log), len(log) // 2
     theta = typical(effect, units(effect, log))
     session = (np.arange(n) >= half).astype(np.int64)
-    by_hand = replace(log, time_s=20.0 * np.arange(n), block=session)
+    by_hand = replace(log, time_s=np.arange(n, dtype=np.float64) * 20.0, block=session)
     one, _ = effect.apply(replace(by_hand, block=np.zeros_like(session)), theta, None)
     for cuts in ((0, n), (0, half, n), (0, half - 1, half, half + 1, n)):
         state, parts = None, []
