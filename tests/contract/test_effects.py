@@ -200,6 +200,29 @@ def test_memory_ends_where_nothing_was_recorded_between_two_sessions(effect: Eff
     )
 
 
+@pytest.mark.parametrize("effect", [TABLE[name] for name in ("hysteresis", "creep", "creep_slow")])
+def test_memory_goes_on_where_the_next_session_comes_at_the_pace_of_the_readings(
+    effect: Effect,
+) -> None:
+    log = log_for(effect)
+    n, half = len(log), len(log) // 2
+    theta = typical(effect, units(effect, log))
+    session = (np.arange(n) >= half).astype(np.int64)
+    by_hand = replace(log, time_s=np.arange(n, dtype=np.float64) * 20.0, block=session)
+    one, _ = effect.apply(replace(by_hand, block=np.zeros_like(session)), theta, None)
+    for cuts in ((0, n), (0, half, n), (0, half - 1, half, half + 1, n)):
+        state, parts = None, []
+        for start, stop in pairwise(cuts):
+            part, state = effect.apply(by_hand.rows(start, stop), theta, state)
+            parts.append(part.readings)
+        np.testing.assert_allclose(np.concatenate(parts), one.readings, atol=1e-12)
+    # three readings' time in which none was taken is a break
+    paused = by_hand.time_s + 60.0 * session
+    alone, _ = effect.apply(by_hand.rows(half, n), theta, None)
+    broken, _ = effect.apply(replace(by_hand, time_s=paused), theta, None)
+    np.testing.assert_allclose(broken.readings[half:], alone.readings, atol=1e-12)
+
+
 def test_play_follows_the_definition_row_by_row() -> None:
     rng = np.random.default_rng(3)
     x = np.cumsum(rng.normal(size=(500, 3)), axis=0)

@@ -2,6 +2,8 @@
 
 A recording starts afresh (`Recording.fresh`) where its stamps step back, and where nothing was
 recorded between two blocks for longer than `BREAK_S`: two sessions in one log share no memory.
+Readings by hand are as far apart within a session: where the next session goes on at that pace,
+nothing else was loaded meanwhile, and a cell remembers (`PACE`).
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 BREAK_S = 10.0
 """Time without a row between two blocks after which nobody knows what was loaded meanwhile; within
 a block a long hold may have few rows."""
+PACE = 1.5
+"""So many times as long as the rows before it lay apart is still the next reading, not a break."""
 _FORGOTTEN = 1e-30
 """A decay this small over a stretch leaves nothing to carry on."""
 
@@ -39,7 +43,11 @@ class Recording:
 
 
 def recording(
-    time_s: FloatArray, last_s: float | None, block: IntArray | None = None, last_block: int = -1
+    time_s: FloatArray,
+    last_s: float | None,
+    block: IntArray | None = None,
+    last_block: int = -1,
+    last_apart_s: float = 0.0,
 ) -> Recording:
     """Intervals of a chunk, and where a recording starts afresh.
 
@@ -49,24 +57,31 @@ def recording(
         Stamps, shape (n,), and that of the row before, if any.
     block, last_block
         Block of each row, shape (n,), and of the row before; without them a break is not seen.
+    last_apart_s
+        Time from the row before that one to it, 0 where they are of two blocks.
     """
     before = np.concatenate([[np.inf if last_s is None else last_s], time_s[:-1]])
     fresh = time_s < before
     if block is not None:
         other = block != np.concatenate([[last_block], block[:-1]])
-        fresh |= other & (time_s - before > BREAK_S)
+        since = time_s - before
+        apart = np.concatenate([[last_apart_s], np.where(other | fresh, 0.0, since)[:-1]])
+        fresh |= other & (since > np.maximum(BREAK_S, PACE * apart))
     return Recording(np.where(fresh, 0.0, time_s - before), fresh)
 
 
-RowState = tuple[float, int]
-"""Stamp and block of the last row."""
+RowState = tuple[float, int, float]
+"""Stamp and block of the last row, and how long after the one before it in its block it came."""
 
 
 def rows_of(log: Log, last: RowState | None) -> tuple[Recording, RowState]:
     """The recording of a log's chunk after the row `last`, and what the next chunk goes on from."""
-    last_s, last_block = last or (None, -1)
-    passed = recording(log.time_s, last_s, log.block, last_block)
-    return passed, (float(log.time_s[-1]), int(log.block[-1]))
+    last_s, last_block, apart_s = last or (None, -1, 0.0)
+    passed = recording(log.time_s, last_s, log.block, last_block, apart_s)
+    block_before = last_block if len(log) == 1 else int(log.block[-2])
+    within = int(log.block[-1]) == block_before
+    apart_s = float(passed.interval_s[-1]) if within else 0.0
+    return passed, (float(log.time_s[-1]), int(log.block[-1]), apart_s)
 
 
 ElapsedState = tuple[float, float]
