@@ -78,10 +78,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "tenth",
         "eleventh",
         "twelfth",
-        pytest.param(
-            "thirteenth",
-            marks=pytest.mark.xfail(reason="6 of its 38 logs are not read yet", strict=True),
-        ),
+        "thirteenth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
