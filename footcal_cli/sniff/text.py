@@ -113,9 +113,9 @@ def guess_text(path: Path) -> TextGuess:
             remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
             "what it writes",
         )  # fmt: skip
-    top = lines[:_ABOVE]
-    mixed = [found[0] for line in top if (found := _COMPOUND.search(line))]
-    if len(mixed) > len(top) / 2:
+    begun = lines[:_ABOVE]
+    mixed = [pair[0] for line in begun if (pair := _COMPOUND.search(line))]
+    if len(mixed) > len(begun) / 2:
         raise DataError(
             f"'{mixed[-1]}': two units in one value", file=path,
             remedy="write it as one number in one unit, named in the column (0.5 lb for 0 lb 8 oz)",
