@@ -28,7 +28,12 @@ def level(out: Path) -> str:
 
 @pytest.mark.parametrize(
     ("scale", "words"),
-    [(1.0 / 9.80665, "noted in kg"), (1e3 / 9.80665, "noted in g"), (-1.0, "sign")],
+    [
+        (1.0 / 9.80665, "noted in kg"),
+        (1e3 / 9.80665, "noted in g"),
+        (-1.0, "sign"),
+        (0.004, "gain"),
+    ],
 )
 def test_a_scale_that_the_nameplate_contradicts(
     run: Run, tmp_path: Path, scale: float, words: str
