@@ -12,10 +12,14 @@ from footcal_cli.report.outcome import Outcome
 def outcome_of(
     robot: Robot, total: Seen, feet: dict[str, Seen], lost: int, least_force_n: float
 ) -> Outcome:
-    """Sum of all forces beside the robot's weight, and the load of each foot."""
+    """Sum of all forces next to the robot's weight, and the load of each foot."""
     weight = "no mass_kg to compare it with"
+    actions: tuple[str, ...] = (
+        "Add mass_kg to [robot]: the sum of all forces is then compared with the weight.",
+    )
     if robot.weight_n is not None:
         weight = f"the robot weighs {number(robot.weight_n, 4)} N"
+        actions = ()
     rows = [
         (
             foot,
@@ -31,6 +35,7 @@ def outcome_of(
             level="good",
             sentence=f"{len(robot.cell_names)} cells calibrated over {total.count:,} samples; sum "
             f"of all forces {number(total.median, 4)} N (median), {weight}.",
+            actions=actions,
         ),
         sheets=(Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),),
         footer=(

@@ -82,7 +82,9 @@ def test_corrections_of_cells_and_of_the_cop_are_undone(
     assert error["bare"] > 3.0
     assert error["physical"] < 1.0
     assert error["polynomial"] < 1.5
-    assert "no mass_kg to compare it with" in " ".join(answer.out.split())
+    said = " ".join(answer.out.split())
+    assert "no mass_kg to compare it with" in said
+    assert "Add mass_kg to [robot]" in said
 
 
 def test_the_sum_of_the_forces_stands_beside_the_weight(
@@ -95,6 +97,7 @@ def test_the_sum_of_the_forces_stands_beside_the_weight(
     answer = run("apply", log, "--recipe", tmp_path / "heavy.toml", "--parameters", bare,
                  "--out", tmp_path / "out")  # fmt: skip
     assert f"the robot weighs {placed['load_n'].median():.4g} N" in " ".join(answer.out.split())
+    assert "mass_kg" not in answer.out
 
 
 def test_a_cop_is_not_corrected_twice(bench: Path, log: Path, tmp_path: Path, run: Run) -> None:
