@@ -41,7 +41,8 @@ def check_hangings(leg: str, hung: Mapping[str, FloatArray]) -> Iterator[Finding
     hung
         Orientation (``+x`` …) -> wrenches, shape (n, 6), N and Nm.
     """
-    mean = {name: np.nanmean(rows, axis=0) for name, rows in hung.items() if len(rows)}
+    whole = {name: rows[np.isfinite(rows).all(axis=1)] for name, rows in hung.items()}
+    mean = {name: rows.mean(axis=0) for name, rows in whole.items() if len(rows)}
     axes = [a for a in "xyz" if {f"+{a}", f"-{a}"} <= set(mean)]
     half = {a: (mean[f"+{a}"] - mean[f"-{a}"]) / 2 for a in axes}
     middle = {a: (mean[f"+{a}"] + mean[f"-{a}"]) / 2 for a in axes}
