@@ -52,4 +52,4 @@ def _of_texts(path: Path) -> str:
         text = stream.read(2**16).decode("utf-8", errors="replace")
     if is_of_documents(text):
         return "documents"
-    return "records" if kind_of_records(text) else "logs"
+    return {"": "logs", "HTML": "webpages"}.get(kind_of_records(text), "records")

@@ -39,10 +39,14 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
             "no list of records", file=path,
             remedy="export one entry for each sample, or a table with its columns named",
         )  # fmt: skip
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    columns = {name: _column([row.get(name, "") for row in rows]) for name in names}
     kind = "XML records" if is_xml(text) else "YAML records"
-    return (stream_of(path.name.split(".")[0], kind, columns),)
+    return (table_of(path.name.split(".")[0], kind, rows),)
+
+
+def table_of(name: str, kind: str, rows: Sequence[Mapping[str, str]]) -> Stream:
+    """A stream of rows of texts by column; numbers where all texts of a column are some."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    return stream_of(name, kind, {n: _column([row.get(n, "") for row in rows]) for n in names})
 
 
 def _column(words: Sequence[str]) -> Array:

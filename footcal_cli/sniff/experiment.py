@@ -91,6 +91,13 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"forces along three axes of {len(feet)} feet, one row per foot",
             f"write one row per stamp, a column of vertical force for each foot ({columns}, …)",
         )
+    attitude = {c.quantity for c in file.columns} & {"quaternion", "angle", "matrix", "gravity"}
+    if not feet and attitude and {"fx", "fy", "fz"} <= axes and not {"tx", "ty", "tz"} & axes:
+        return (
+            "the three forces of a sensor that is turned, without its torques",
+            "log the torques too (tx, ty, tz): hang-calib fits offsets, weight and CoM from all "
+            "six axes together",
+        )
     loads, cells = _loads_and_cells(file)
     added = next((c for c in loads if ADDED & set(words_of(c.column)) and not c.summed), None)
     if added is not None:

@@ -47,6 +47,7 @@ _ALIKE = 0.7
 _FRAME = re.compile(r"\b\w*can\d*\s+[0-9A-Fa-f]{3,8}(?:#|\s+\[\d\])|^[tTrR][0-9A-F]{4,}$")
 """A frame of a bus as candump or a serial adapter (slcan) writes it."""
 _FACTOR = re.compile(r"\s*1\.0e[+-]\d+\s*\*\s*")
+_COMPOUND = re.compile(r"\d+\s*(?:lbs?|st|kg)\.?\s+\d+(?:\.\d+)?\s*(?:oz|lbs?|g)\b")
 _ABOVE = 40
 _CALLED = {
     ",": "commas",
@@ -111,6 +112,14 @@ def guess_text(path: Path) -> TextGuess:
             f"records in {records}, not a table", file=path,
             remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
             "what it writes",
+        )  # fmt: skip
+    begun = lines[:_ABOVE]
+    mixed = [pair[0] for line in begun if (pair := _COMPOUND.search(line))]
+    if len(mixed) > len(begun) / 2:
+        raise DataError(
+            f"'{mixed[-1]}': two units in one value", file=path,
+            remedy="write it as one number in one unit, named in the column (0.5 lb for 0 lb 8 oz)",
+            example=("load_kg,counts", "0,8212638", "0.2268,8141214"),
         )  # fmt: skip
     factor = next((line.strip() for line in lines[:_ABOVE] if _FACTOR.fullmatch(line)), "")
     if factor:

@@ -10,13 +10,15 @@ READERS = {
     ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
     ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
     ".log": "logs", ".yaml": "documents", ".yml": "documents", ".xml": "records",
-    ".parquet": "logs", ".pq": "logs",
+    ".parquet": "logs", ".pq": "logs", ".html": "webpages", ".htm": "webpages",
 }  # fmt: skip
 """Suffix -> module of the room `formats` that makes tables of such a file."""
 
 
 def kind_of_records(text: str) -> str:
-    """``XML`` or ``YAML`` where a text is a list of records in it; empty for all others."""
+    """``HTML``, ``XML`` or ``YAML`` where a text is records in it; empty for all others."""
+    if re.match(r"\s*<(?:!doctype html|html|table)\b", text, re.IGNORECASE):
+        return "HTML"
     if is_xml(text):
         return "XML"
     lines = [line for line in text.splitlines()[:400] if line.strip()]

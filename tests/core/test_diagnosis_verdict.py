@@ -10,16 +10,20 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.diagnosis import investigation, kindred
-from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
 from footcal_cli.core.diagnosis.curves import Curve
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.engine import left_apart
 from footcal_cli.core.diagnosis.form import Form
+from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.material import Nameless
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import Unnamed
 from footcal_cli.core.diagnosis.verdicts import _verdict
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.lines import Line
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.sheets.diagnosis.sentences import _surest
 
 QUIET = Detection(
     groups=("gait phase",), group_p=np.ones(1), bump_p=0.6, flexible_p=1.0, line=Line(),
@@ -99,3 +103,24 @@ def test_a_cause_is_out_beside_one_that_adds_much_and_to_which_it_adds_little(
     nothing = cast(Any, None)
     found = kindred.adds_more(nothing, best, other, [], nothing, nothing, Rules())
     assert found is more
+
+
+@pytest.mark.parametrize(
+    ("p", "status", "said"),
+    [(1e-4, EffectStatus.ABSENT, True), (0.2, EffectStatus.ABSENT, False),
+     (1e-4, EffectStatus.UNDECIDED, False)],
+)  # fmt: skip
+def test_a_cause_that_is_sure_and_small_is_quoted_with_its_size(
+    p: float, status: EffectStatus, said: bool
+) -> None:
+    """*None* does not call noise what one effect surely explains."""
+    signature = Signature("cross_coupling", "size", "fr", "", owners=(("fr", ("fr.fx",)),))
+    size = Interval(-0.0429, -0.0598, -0.0259)
+    row = EffectRow(signature, size, 0.12, 0.074, 0.25, p, 0.06, 17.0, 14, status, "")
+    one = SimpleNamespace(effects=(row,), rules=Rules(), before=SimpleNamespace(p=1e-5))
+    found = cast(Investigation, SimpleNamespace(rounds=(one,)))
+    sentence = _surest(found)
+    assert (sentence is not None) == said
+    if sentence is not None:
+        assert "cross coupling in fr, −0.0429 [−0.0598, −0.0259]" in sentence
+        assert "from 0.12 on it would matter" in sentence

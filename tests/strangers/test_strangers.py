@@ -49,7 +49,8 @@ SAMPLE = (
     tenth_robots.qualisys_force_tsv, twelfth_bench.railed_converter,
     twelfth_robots.zeros_where_lost, twelfth_bench.stata_list, twelfth_bench.xml_records,
     thirteenth_bench.campbell_toa5, thirteenth_robots.staubli_intrinsic,
-    thirteenth_robots.axis_and_angle, twelfth_bench.added_and_removed, twelfth_robots.kawasaki_oat,
+    thirteenth_robots.axis_and_angle, thirteenth_bench.html_of_a_scale,
+    thirteenth_bench.unsigned_24_bits, twelfth_bench.added_and_removed, twelfth_robots.kawasaki_oat,
 )  # fmt: skip
 
 
@@ -77,10 +78,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "tenth",
         "eleventh",
         "twelfth",
-        pytest.param(
-            "thirteenth",
-            marks=pytest.mark.xfail(reason="6 of its 38 logs are not read yet", strict=True),
-        ),
+        "thirteenth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:

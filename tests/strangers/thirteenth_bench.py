@@ -200,7 +200,8 @@ def ini_sections(to: Path, rng: Rng) -> Made:
     one, kg, lines = cell(rng), steps((0, 1, 2, 5), 4), ["[Instrument]", "Model=DAD141"]
     for i, (k, c) in enumerate(zip(kg, one.read(kg * G, rng), strict=True), 1):
         lines += ["", f"[Sample{i}]", f"Load_kg={k:g}", f"Raw={c:.0f}"]
-    return Made([write(to / "cal.ini", lines, end="\r\n")], truth_of(one, 50))
+    return Made([write(to / "cal.ini", lines, end="\r\n")], truth_of(one, 50),
+                says="one table of numbers")  # fmt: skip
 
 
 def forum_commas(to: Path, rng: Rng) -> Made:
@@ -221,7 +222,8 @@ def pounds_and_ounces(to: Path, rng: Rng) -> Made:
     for lb, oz in put:
         read = one.read(np.full(4, lb * LB + oz * OZ), rng)
         lines += [f"{lb} lb {oz} oz,{c:.0f}" for c in read]
-    return Made([write(to / "kitchen.csv", lines)], truth_of(one, 20))
+    return Made([write(to / "kitchen.csv", lines)], truth_of(one, 20),
+                says="one number in one unit")  # fmt: skip
 
 
 def percent_of_full_scale(to: Path, rng: Rng) -> Made:

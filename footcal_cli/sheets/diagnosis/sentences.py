@@ -25,6 +25,7 @@ from footcal_cli.sheets.diagnosis.words import (
     shape_words,
     size_words,
     together,
+    with_interval,
 )
 
 _MOST_LISTED = 12
@@ -32,8 +33,8 @@ _MOST_LISTED = 12
 
 def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """Nothing found: what would have shown and what could not have."""
-    small = _repeats(found)
-    details = [] if small is None else [small]
+    small, surest = _repeats(found), _surest(found)
+    details = [text for text in (small, surest) if text is not None]
     if found.nearest:
         nearest = "; ".join(cause_words(item) for item in found.nearest)
         details.append(
@@ -57,7 +58,35 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
         return "Nothing was found because nothing could be looked for.", details
     if small is not None:
         return "Nothing that matters: no effect of the table, and what repeats is small.", details
+    last = found.rounds[-1]
+    if surest is not None:
+        return "Nothing that matters: what the table explains of the residual is small.", details
+    if last.before.p < last.rules.alpha_unknown:
+        return (
+            "Nothing that matters: the residual is not all noise "
+            f"(p = {number(last.before.p, 2)}), and no effect of the table explains it.",
+            details,
+        )
     return "No unmodelled effect found: the residual looks like noise.", details
+
+
+def _surest(found: Investigation) -> str | None:
+    """The effect that is surely there and surely too small to matter; None without one."""
+    last = found.rounds[-1]
+    rows = [
+        row for row in last.effects
+        if row.status is EffectStatus.ABSENT and row.p < last.rules.alpha_name
+        and row.size.low * row.size.high > 0
+    ]  # fmt: skip
+    if not rows:
+        return None
+    row = min(rows, key=lambda row: row.p)
+    unit = "" if row.signature.unit in ("", "-") else f" {row.signature.unit}"
+    return (
+        f"Surest of the table, and too small to matter: {words(row.signature.effect)} in "
+        f"{row.signature.where}, {with_interval(row.size, row.signature.unit)} (from "
+        f"{number(row.smallest, 2)}{unit} on it would matter; p = {number(row.p, 2)})."
+    )
 
 
 def _repeats(found: Investigation) -> str | None:
