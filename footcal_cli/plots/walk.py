@@ -39,6 +39,15 @@ METHOD_COLOURS = {
     "smoother": "#009E73",
     "baseline": "#CC79A7",
 }
+METHOD_LABELS = {
+    "before": "before (parameters as given)",
+    "static": "static (zero acceleration)",
+    "window": "window (sliding)",
+    "memory": "memory (filter)",
+    "smoother": "smoother (whole walk)",
+    "baseline": "offline calibration",
+}
+"""Method as the tables name it, and what it is, for legends."""
 _SHOWN_S = 6.0
 _MOST_CURVES = 6
 _MOST_DOTS = 20_000
@@ -87,15 +96,14 @@ def plot_cop(
         left.plot(time_s, shown, color=REFERENCE, linewidth=2.2, label=label)
         for method in methods:
             cop = 1e3 * (found.replayed[method].total.cop_m[rows, axis] - com)
-            left.plot(time_s, cop, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
+            colour = METHOD_COLOURS[method]
+            left.plot(time_s, cop, color=colour, linewidth=1.0, label=METHOD_LABELS[method])
             if method != methods[0]:
-                right.plot(
-                    time_s, cop - shown, color=METHOD_COLOURS[method], linewidth=1.0, label=method
-                )
+                right.plot(time_s, cop - shown, color=colour, linewidth=1.0)
         right.axhline(0.0, color=REFERENCE, linewidth=0.6)
         below = "time (s)" if name == "y" else ""
         tidy(left, f"CoP {name} relative to the CoM", below, f"CoP {name} (mm)")
-        tidy(right, f"Error of {' and '.join(methods[1:])}", below, "error (mm)")
+        tidy(right, f"CoP {name}, error of {' and '.join(methods[1:])}", below, "error (mm)")
     legend_below(figure)
     return figure
 
@@ -112,7 +120,9 @@ def plot_vgrf(
     axes.plot(time_s, reference[rows], color=REFERENCE, linewidth=2.2, label=label)
     for method in methods:
         force = found.replayed[method].total.fz_n[rows]
-        axes.plot(time_s, force, color=METHOD_COLOURS[method], linewidth=1.0, label=method)
+        axes.plot(
+            time_s, force, color=METHOD_COLOURS[method], linewidth=1.0, label=METHOD_LABELS[method]
+        )
     tidy(axes, "Vertical ground reaction force", "time (s)", "force (N)")
     legend_below(figure)
     return figure

@@ -223,8 +223,9 @@ def pictures_of(
     states += [n for n in track.names if n.endswith(("plate_weight", "plate_mass"))]
     pictures = [
         Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
-                f"Centre of pressure; thickest line: {against} (compare Figs. 10, 12 and 14 of "
-                "NAO CoP self-calibration).",
+                f"Left: centre of pressure; thickest line: {against}. Right: method − {against}; "
+                f"{drawn[0]} is left out there, its error would hide the others (compare Figs. 10, "
+                "12 and 14 of NAO CoP self-calibration).",
             title="Centre of pressure by method",
             result=_by_method(found, judged, "cop", 1e3, "mm"),
             zoom=True),
