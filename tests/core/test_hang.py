@@ -308,3 +308,11 @@ def test_rows_out_of_order_are_no_thousand_orientations() -> None:
     )
     with pytest.raises(DataError, match=r"leg fl changes [\d,]+ times in 3,000 rows"):
         fit_hang([log])
+
+
+def test_an_axis_that_shows_nothing_ends_in_a_fit() -> None:
+    """A wire of one channel is off: its harmonics have no variance at all."""
+    off = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    logs = hang(np.random.default_rng(9)).logs
+    dead = [log.with_readings(log.readings * off) for log in logs]
+    assert np.isfinite(fit_hang(dead).estimates.values).all()

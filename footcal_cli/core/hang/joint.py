@@ -14,6 +14,7 @@ from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.words import hang_gaps, with_unseen
 from footcal_cli.core.inference.autoregression import MAX_LAGS, ChannelNoise, fit_noise
 from footcal_cli.core.inference.fit import Fit
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.reduction import SEEN, Reduced, triangle
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Estimates, FloatArray
@@ -21,7 +22,7 @@ from footcal_cli.errors import DataError, FitError
 
 MAX_ORDER = 3
 _MIN_NOISE_DOF = 60
-_PHASE_CONDITION = 1e-4
+_PHASE_CONDITION, _VARIES = 1e-4, 1e-14
 _NOISE_ROUNDS = 4
 _INERTIAL_ROUNDS = 2
 _LEVEL_ROUNDS = 6
@@ -300,7 +301,8 @@ def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, flo
     for order in range(model.order + 1):
         higher = np.arange(1 + 2 * order, columns)
         out = first + (columns * np.arange(3)[:, None] + higher).ravel()
-        cost = theta[out] @ np.linalg.solve(covariance[np.ix_(out, out)], theta[out])
+        # an axis that shows nothing at all has coefficients without any variance
+        cost = theta[out] @ scaled_inverse(covariance[np.ix_(out, out)], _VARIES) @ theta[out]
         evidence[order] = float(cost + (theta.size - out.size) * np.log(samples))
     return evidence
 

@@ -21,6 +21,8 @@ from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
+LEAST_NOISE = 1e-9
+"""Noise of a channel against the noisiest: a dead one shows none at all."""
 SEEN = 1e-7
 """Singular values below this share of the largest count as none."""
 FEWEST_LEVELS, SURE_EXCESS = 8.0, 3.0
@@ -103,6 +105,7 @@ class Reduced:
         white = [channel for channel in range(channels) if noise[channel].ar.size == 0]
         coloured = [channel for channel in range(channels) if noise[channel].ar.size > 0]
         sd = np.array([channel.innovation_sd for channel in noise])
+        sd = np.maximum(sd, LEAST_NOISE * sd.max())
         for i, (z, w, (r, y)) in enumerate(zip(designs, records, triangles, strict=True)):
             factor[i, white] = r / sd[white, None, None]
             target[i, white] = y.T[white] / sd[white, None]
