@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import RAISED, Finding, listed
@@ -92,6 +94,11 @@ def find_end_codes(counts: FloatArray, bits: int) -> BoolArray:
     return np.asarray(at_end)
 
 
+def signed(values: NDArray[Any], at: float) -> NDArray[Any]:
+    """Codes (n,) of a converter whose sign was lost: those beyond the middle are negative."""
+    return np.where(values >= at / 2, values - values.dtype.type(at), values)
+
+
 def lost_sign(counts: FloatArray) -> float:
     """2^bits of a converter whose negative codes are read as the largest ones; 0 of any other.
 
@@ -102,10 +109,10 @@ def lost_sign(counts: FloatArray) -> float:
     if seen.size < _FEWEST_LEVELS or seen[0] < 0 or np.any(seen != np.round(seen)):
         return 0.0
     for at in _CODES:
-        signed = np.sort(np.where(seen >= at / 2, seen - at, seen))
-        span = signed[-1] - signed[0]
+        codes = np.sort(signed(seen, at))
+        span = codes[-1] - codes[0]
         apart = seen[-1] < at and np.ptp(seen) > (1.0 - SIGN_SPAN) * at and span < SIGN_SPAN * at
-        if apart and np.sum(np.diff(signed) > _LEVEL_APART * span) >= _FEWEST_LEVELS - 1:
+        if apart and np.sum(np.diff(codes) > _LEVEL_APART * span) >= _FEWEST_LEVELS - 1:
             return at
     return 0.0
 

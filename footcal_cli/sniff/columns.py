@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from footcal_cli.core.readings import lost_sign
+from footcal_cli.core.readings import lost_sign, signed
 from footcal_cli.sniff.clocks import (
     even,
     first_in_time,
@@ -33,7 +33,6 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
-from footcal_cli.tables.canonical import signed
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import own_names, pivoted_names
@@ -158,8 +157,7 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
     values = np.where(np.isin(values, [float(m) for m in missing]), np.nan, values)
     made = ColumnGuess(column, name, unit, sure, said, values, missing=missing)
     if name.quantity in ("reading", "unknown") and (at := lost_sign(values)):
-        back = signed(values, at)
-        return replace(made, values=back, wraps_at=at)
+        return replace(made, values=signed(values, at), wraps_at=at)
     return unwrapped_counter(made) if name.quantity in ("time", "unknown", "sequence") else made
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footcal_cli.core.readings import signed
 from footcal_cli.errors import UsageError
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.rawcolumn import RawColumn
@@ -116,11 +117,6 @@ def unwrapped(values: NDArray[Any], at: float) -> NDArray[Any]:
     """A counter (n,) that begins again from zero, as if it had gone on counting."""
     turns = np.cumsum(np.diff(values.astype(np.float64), prepend=values[:1]) < -at / 2)
     return np.asarray(values + turns.astype(values.dtype) * values.dtype.type(at))
-
-
-def signed(values: NDArray[Any], at: float) -> NDArray[Any]:
-    """Codes (n,) of a converter whose sign was lost: those beyond the middle are negative."""
-    return np.where(values >= at / 2, values - values.dtype.type(at), values)
 
 
 def conversion_of(

@@ -24,8 +24,8 @@ from footcal_cli.core.readings import (
     check_loose_channels,
     find_glitches,
     lost_sign,
+    signed,
 )
-from footcal_cli.tables.canonical import signed
 
 LOADS = np.array([0.0, 1.0, 2.0, 5.0])
 
