@@ -21,6 +21,9 @@ class Rules:
     ----------
     alpha_name
         Family-wise level of naming a cause; half each for effects seen within and between blocks.
+    alpha_small
+        Level from which a cause below the size that matters is named, and called small; at less
+        it must remove `later_share` of the squared error.
     alpha_unknown
         Level of saying that something without a name is left.
     alpha_rival
@@ -104,6 +107,7 @@ class Rules:
     """
 
     alpha_name: float = 0.01
+    alpha_small: float = 1e-4
     alpha_unknown: float = 0.02
     alpha_rival: float = 0.05
     alpha_beside: float = 0.01
@@ -158,6 +162,7 @@ class Rules:
             f"polynomial against a knee, must lose {self.other_form:.0%} too "
             f"({self.wrong_form:.0%} where the best one leaves something, "
             f"p < {self.alpha_left:g}); "
+            f"a size too small to matter is named at p < {self.alpha_small:g}; "
             f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.second_share:.0%} of "
             f"the gain before it; where that ends unknown {self.most_pairs} pairs are tried, each "
             f"of the two removing {self.pair_share:.0%} with the other in the model, both "

@@ -202,7 +202,8 @@ def _next_step(
             refused = max(refused, float(plain.sum()))
             continue
         small = abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]
-        worth = float(plain.sum()) >= rules.later_share * total_loss
+        certain = evidence.p[c] < rules.alpha_small
+        worth = certain or float(plain.sum()) >= rules.later_share * total_loss
         if small and (lib.problem.drifts or not worth):
             # a small cause that is certain is named and called small, but not what the form of a
             # larger one gets wrong, nor what is usual in a walk
