@@ -12,7 +12,8 @@ from scipy import stats
 from footcal_cli.core.diagnosis import growth
 from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.contest import _best, _where, _white_loss, _worse
+from footcal_cli.core.diagnosis.contest import _where, _worse
+from footcal_cli.core.diagnosis.field import best_of, white_loss
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
@@ -83,18 +84,18 @@ def test_what_does_not_look_alike_is_out_by_its_loss_alone() -> None:
 def test_of_a_kind_the_one_that_leaves_nothing_is_best() -> None:
     least = tried("hinge", 0.9, 1e-4)
     whole = tried("nonlinearity", 1.0, 0.4)
-    assert _best(TABLE, [least, whole], SIGNS, Rules()) is whole
-    assert _best(TABLE, [least, tried("creep", 1.0, 0.4)], SIGNS, Rules()) is least
+    assert best_of(TABLE, [least, whole], SIGNS, Rules()) is whole
+    assert best_of(TABLE, [least, tried("creep", 1.0, 0.4)], SIGNS, Rules()) is least
 
 
 def test_what_surely_leaves_twice_as_much_is_not_whole() -> None:
     """Beside the best with 0.9, 2.0 surely leaves as much again, and is no answer."""
     least, much = tried("hinge", 0.9, 1e-4), tried("nonlinearity", 2.0, 0.4)
     some = tried("nonlinearity", 1.5, 0.4)
-    assert _best(TABLE, [least, some], SIGNS, Rules()) is some
-    assert _best(TABLE, [least, much], SIGNS, Rules()) is least
+    assert best_of(TABLE, [least, some], SIGNS, Rules()) is some
+    assert best_of(TABLE, [least, much], SIGNS, Rules()) is least
     unsure = replace(much, loss=much.loss + 3.0 * np.resize([1.0, -1.0], 12))
-    assert _best(TABLE, [least, unsure], SIGNS, Rules()) is unsure
+    assert best_of(TABLE, [least, unsure], SIGNS, Rules()) is unsure
 
 
 def test_what_a_model_may_leave_is_known_as_well_as_its_leftover() -> None:
@@ -136,7 +137,7 @@ def test_a_dead_zone_and_the_hinge_that_equals_it_lose_alike() -> None:
         fitted = subject.refitted([cause], start)
         fair = subject.without_credit(subject.bare(fitted, [cause]), fitted)
         noise = noise or fair.law
-        losses.append(_white_loss(fair, noise).sum())
+        losses.append(white_loss(fair, noise).sum())
     assert losses[0] == pytest.approx(losses[1], rel=2e-3)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -31,13 +31,21 @@ def refitted(
     causes: Sequence[Cause],
     model: Refit | None,
     answer: Diagnosis,
-    failed: frozenset[str],
+    about: Cause,
+    taken: Collection[str],
 ) -> list[Contender]:
-    """Every contender with its refit and the problem that it leaves."""
+    """Every look-alike of a cause, itself first, with its refit and the problem that it leaves.
+
+    Parameters
+    ----------
+    about
+        The named cause, or one of its contenders that did better.
+    taken
+        Effects that are no contenders, or are refitted already.
+    """
     first = answer.causes[0]
     fits = []
-    taken = {*failed, *(c.signature.effect for c in causes)}
-    for signature, size in _contenders(answer, subject.table):
+    for signature, size in _contenders(answer, subject.table, about):
         if signature.effect in taken:
             continue
         places = first.places if signature.effect == first.signature.effect else ()
@@ -52,10 +60,11 @@ def fit(subject: Subject, causes: Sequence[Cause], model: Refit | None, cause: C
     return cause, fitted, subject.bare(fitted, [*causes, cause])
 
 
-def _contenders(answer: Diagnosis, table: Mapping[str, Effect]) -> list[tuple[Signature, Interval]]:
-    """The named cause and the effects that look like it and explain nearly as much."""
+def _contenders(
+    answer: Diagnosis, table: Mapping[str, Effect], first: Cause
+) -> list[tuple[Signature, Interval]]:
+    """A cause and the effects that look like it and explain nearly as much."""
     evidence, lib, rules = answer.search.first, answer.library, answer.rules
-    first = answer.causes[0]
     signatures = lib.problem.signatures
     mine = lib.causes.index(first.signature.cause)
     gain = evidence.gain.sum(axis=0)

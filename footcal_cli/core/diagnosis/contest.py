@@ -7,14 +7,14 @@ from dataclasses import replace
 
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
-from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted, refitted_with
+from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
+from footcal_cli.core.diagnosis.field import field_of, white_loss
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
     adding_p,
     adds_more,
     excess_of,
     kindred,
-    left_of,
     level_of,
     likelier,
     of_turns,
@@ -38,10 +38,8 @@ from footcal_cli.core.inference.evidence import (
     sign_flip_mean,
     sign_patterns,
 )
-from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.inference.signatures import SWITCHES, own_place
@@ -81,34 +79,22 @@ def decided(
         Effects that did not stand their refit: no contenders.
     """
     first, rules = answer.causes[0], _stricter(answer.rules, subject.problem.settings)
-    fits = refitted(subject, causes, model, answer, failed)
-    # in noise of their own all models would fit alike: judged in that of the likeliest
-    judged = [subject.without_credit(bare, fitted) for _, fitted, bare in fits]
-    noise = _of_the_likeliest(judged)
     signs = sign_patterns(subject.problem.blocks, seed)
-    family = _family(subject, first, [cause for cause, _, _ in fits])
-
-    def judge(cause: Cause, fitted: Refit, bare: Problem, fair: Problem) -> Tried:
-        left = left_of(bare, subject.beside(fitted, family), noise, signs)
-        return Tried(cause, fitted, _white_loss(fair, noise), bare, *left)
-
-    tried = [judge(*fit, fair) for fit, fair in zip(fits, judged, strict=True)]
-    best = _best(subject.table, tried, signs, rules)
+    field, tried, best = field_of(subject, causes, model, answer, signs, rules, failed)
+    family, noise = field.family, field.noise
     best = next((t for t in tried if surer(subject, t, best, noise, signs, rules)), best)
     for form in _in_other_forms(subject, best.cause):
-        _, fitted, bare = refit = fit(subject, causes, model, form)
-        other = judge(*refit, subject.without_credit(bare, fitted))
-        best = min(best, other, key=lambda t: float(t.loss.sum()))
+        best = min(best, field.judged_anew(form), key=lambda t: float(t.loss.sum()))
     chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
-    gain = max(float((_white_loss(blank, noise) - loss).sum()), 0.0)
+    gain = max(float((white_loss(blank, noise) - loss).sum()), 0.0)
     mine = best.cause.signature
 
     def bends_as_well(other: Tried) -> bool:
         if not of_two_classes(best.cause, other.cause):
             return False
         joined = _joined_by_its_class(subject, causes, other)
-        left = other.loss if joined is None else _white_loss(joined, noise)
+        left = other.loss if joined is None else white_loss(joined, noise)
         return float((left - loss).sum()) < share_for_form(best, rules.other_form, rules) * gain
 
     def significant(other: Tried) -> bool:
@@ -169,21 +155,6 @@ def _stricter(rules: Rules, settings: Settings | None) -> Rules:
     if not of_turns(settings):
         return rules
     return replace(rules, alpha_rival=rules.alpha_beside)
-
-
-def _of_the_likeliest(judged: Sequence[Problem]) -> Noise:
-    """Noise of the model with the largest likelihood in noise of its own.
-
-    Rows alone are scaled so that all models leave alike. What differs between hangings is taken at
-    the upper end of its uncertainty, so that there what a model leaves counts too.
-    """
-
-    def surprise(problem: Problem, noise: Noise) -> float:
-        left = float(_white_loss(problem, noise).sum()) if noise.settled else 0.0
-        return noise.level + 0.5 * left
-
-    laws = [problem.law for problem in judged]
-    return min(zip(judged, laws, strict=True), key=lambda pair: surprise(*pair))[1]
 
 
 def never_distinguished(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:
@@ -282,43 +253,6 @@ def _joined_by_its_class(subject: Subject, causes: Sequence[Cause], other: Tried
     return subject.without_credit(bare, fitted)
 
 
-def _family(subject: Subject, first: Cause, contenders: Sequence[Cause]) -> list[Signature]:
-    """What the cause and its look-alikes could do, each in every shape.
-
-    Together they are richer than each: knees at every load make a curve of any form.
-    """
-    kin = [c.signature for c in contenders if kindred(subject.table, first, c)]
-    kin.append(first.signature)
-    effects, where = {s.effect for s in kin}, {s.where for s in kin}
-    return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]
-
-
-def _best(
-    table: Mapping[str, Effect],
-    tried: Sequence[Tried],
-    signs: FloatArray,
-    rules: Rules,
-) -> Tried:
-    """The contender that loses least; before it one of its kind that leaves nothing, if it does.
-
-    One that surely leaves twice as much as the one that loses least leaves something, whatever its
-    kind would find.
-    """
-    least = min(tried, key=lambda t: float(t.loss.sum()))
-    left = float(least.loss.sum())
-
-    def as_good(other: Tried) -> bool:
-        lost = other.loss - least.loss
-        return float(lost.sum()) < left or sign_flip_mean(lost, signs) >= rules.alpha_rival
-
-    whole = [
-        t for t in tried
-        if t.p >= rules.alpha_whole
-        and (t is least or (kindred(table, least.cause, t.cause) and as_good(t)))
-    ]  # fmt: skip
-    return min(whole or [least], key=lambda t: float(t.loss.sum()))
-
-
 def _worse(
     table: Mapping[str, Effect],
     other: Tried,
@@ -363,7 +297,7 @@ def _where(
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
     fitted = refitted_with(subject, [*causes, apart], model)
     bare = subject.bare(fitted, [*causes, apart])
-    less = _white_loss(subject.without_credit(bare, fitted), noise)
+    less = white_loss(subject.without_credit(bare, fitted), noise)
     neutral = next(p.neutral for p in effect.sizes if p.name == cause.signature.parameter)
     sure = sum(
         not interval.low <= neutral <= interval.high
@@ -388,9 +322,3 @@ def _aliases_of(
     }
     found = aliases(answer.library, chosen.signature, sizes)
     return [(signature, cos) for signature, _, cos in found if cos > least]
-
-
-def _white_loss(problem: Problem, noise: Noise) -> FloatArray:
-    """Held-out squared error of each block in the metric of the noise, shape (B,)."""
-    grams = calibration_grams(problem, noise, counted=False)
-    return held_out_loss(grams.inner, grams.calibration)

@@ -118,8 +118,11 @@ def excess_of(other: FloatArray, best: FloatArray) -> Interval:
 def likelier(best: FloatArray, other: FloatArray, noise: Noise, odds: float) -> bool:
     """Whether blocks that had no say are so many times as probable under the best.
 
-    ``exp(−(L − L₀)/2s) < odds`` with s the mean square that the best leaves per row, no less than
-    one: a law of noise that is too small makes nothing surer. No single block may decide.
+    ``exp(−(L − L₀)/2s) < odds`` with s the larger of two scales, and no less than one: the mean
+    square that the best leaves per row, since a law of noise that is too small makes nothing surer,
+    and how much more the blocks' differences d scatter than those of two models of which one is
+    right, whose variance is ``4 s Σ d``: ``Σ (d − d̄)² B/(B − 1) / (4 Σ d)``. No single block may
+    decide.
 
     Parameters
     ----------
@@ -130,8 +133,12 @@ def likelier(best: FloatArray, other: FloatArray, noise: Noise, odds: float) -> 
     """
     lost = other - best
     scale = max(float(best.sum()) / noise.whitener.kept.size, 1.0)
-    least = float(lost.sum() - max(lost.max(initial=0.0), 0.0))
-    return least > 0.0 and float(lost.sum()) > -2.0 * np.log(odds) * scale
+    total = float(lost.sum())
+    least = total - max(float(lost.max(initial=0.0)), 0.0)
+    if not least > 0.0:
+        return False
+    scatter = float(np.var(lost, ddof=1)) * lost.size / (4.0 * total)
+    return total > float(-2.0 * np.log(odds)) * max(scale, scatter)
 
 
 def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:

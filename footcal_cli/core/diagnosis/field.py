@@ -1,0 +1,154 @@
+"""All look-alikes of a cause in refits of their own, judged in one noise, and the best of them.
+
+Of the room of the diagnosis; `footcal_cli.core.diagnosis.contest` asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.contenders import Contender, fit, refitted
+from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.evidence import sign_flip_mean
+from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import held_out_loss
+from footcal_cli.core.inference.whitening import Noise
+from footcal_cli.core.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Field:
+    """What all contenders are judged by.
+
+    Parameters
+    ----------
+    subject, causes, model
+        What is diagnosed, all other causes, and the model with them; None without any.
+    signs
+        Sign patterns of the blocks.
+    noise
+        That of the likeliest contender: in noise of their own all models would fit alike.
+    family
+        What the kind of the named cause and of the best could do, each in every shape.
+    """
+
+    subject: Subject
+    causes: Sequence[Cause]
+    model: Refit | None
+    signs: FloatArray
+    noise: Noise
+    family: Sequence[Signature]
+
+    def judged(self, one: Contender, fair: Problem) -> Tried:
+        """A contender with its held-out loss, from rows of equal noise, and what it leaves."""
+        cause, fitted, bare = one
+        left = left_of(bare, self.subject.beside(fitted, self.family), self.noise, self.signs)
+        return Tried(cause, fitted, white_loss(fair, self.noise), bare, *left)
+
+    def judged_anew(self, cause: Cause) -> Tried:
+        """A cause in a form that was not tried, refitted."""
+        refit = fit(self.subject, self.causes, self.model, cause)
+        return self.judged(refit, self.subject.without_credit(refit[2], refit[1]))
+
+
+def field_of(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    answer: Diagnosis,
+    signs: FloatArray,
+    rules: Rules,
+    failed: Collection[str],
+) -> tuple[Field, list[Tried], Tried]:
+    """The named cause, its look-alikes and those of a contender that does better; and the best.
+
+    What does better than the named cause need not look like that one's other look-alikes.
+
+    Parameters
+    ----------
+    failed
+        Effects that did not stand their refit: no contenders.
+    """
+    about = [answer.causes[0]]
+    taken = {*failed, *(c.signature.effect for c in causes)}
+    fits: list[tuple[Contender, Problem]] = []
+    more = refitted(subject, causes, model, answer, about[-1], taken)
+    while True:
+        fits += [(one, subject.without_credit(one[2], one[1])) for one in more]
+        noise = _of_the_likeliest([fair for _, fair in fits])
+        family = _family(subject, about, [one[0] for one, _ in fits])
+        field = Field(subject, causes, model, signs, noise, family)
+        tried = [field.judged(one, fair) for one, fair in fits]
+        best = best_of(subject.table, tried, signs, rules)
+        taken |= {one[0].signature.effect for one in more}
+        more = refitted(subject, causes, model, answer, best.cause, taken)
+        if not more:
+            return field, tried, best
+        about.append(best.cause)
+
+
+def best_of(
+    table: Mapping[str, Effect],
+    tried: Sequence[Tried],
+    signs: FloatArray,
+    rules: Rules,
+) -> Tried:
+    """The contender that loses least; before it one of its kind that leaves nothing, if it does.
+
+    One that surely leaves twice as much as the one that loses least leaves something, whatever its
+    kind would find.
+    """
+    least = min(tried, key=lambda t: float(t.loss.sum()))
+    left = float(least.loss.sum())
+
+    def as_good(other: Tried) -> bool:
+        lost = other.loss - least.loss
+        return float(lost.sum()) < left or sign_flip_mean(lost, signs) >= rules.alpha_rival
+
+    whole = [
+        t for t in tried
+        if t.p >= rules.alpha_whole
+        and (t is least or (kindred(table, least.cause, t.cause) and as_good(t)))
+    ]  # fmt: skip
+    return min(whole or [least], key=lambda t: float(t.loss.sum()))
+
+
+def white_loss(problem: Problem, noise: Noise) -> FloatArray:
+    """Held-out squared error of each block in the metric of the noise, shape (B,)."""
+    grams = calibration_grams(problem, noise, counted=False)
+    return held_out_loss(grams.inner, grams.calibration)
+
+
+def _of_the_likeliest(judged: Sequence[Problem]) -> Noise:
+    """Noise of the model with the largest likelihood in noise of its own.
+
+    Rows alone are scaled so that all models leave alike. What differs between hangings is taken at
+    the upper end of its uncertainty, so that there what a model leaves counts too.
+    """
+
+    def surprise(problem: Problem, noise: Noise) -> float:
+        left = float(white_loss(problem, noise).sum()) if noise.settled else 0.0
+        return noise.level + 0.5 * left
+
+    laws = [problem.law for problem in judged]
+    return min(zip(judged, laws, strict=True), key=lambda pair: surprise(*pair))[1]
+
+
+def _family(
+    subject: Subject, about: Sequence[Cause], contenders: Sequence[Cause]
+) -> list[Signature]:
+    """What causes and their look-alikes could do, each in every shape.
+
+    Together they are richer than each: knees at every load make a curve of any form.
+    """
+    kin = [c.signature for c in contenders if any(kindred(subject.table, a, c) for a in about)]
+    kin += [a.signature for a in about]
+    effects, where = {s.effect for s in kin}, {s.where for s in kin}
+    return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]
