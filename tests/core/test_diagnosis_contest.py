@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from footcal_cli.core.diagnosis import growth
+from footcal_cli.core.diagnosis import field, growth
 from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.contest import _where, _worse
@@ -19,6 +21,7 @@ from footcal_cli.core.diagnosis.kindred import (
     Tried,
     excess_of,
     largest_excess,
+    likelier,
     of_two_classes,
     share_for_form,
 )
@@ -37,6 +40,7 @@ from footcal_cli.core.inference.evidence import (
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit, Scatter
+from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.sheets.diagnosis.evidence import table_rows
@@ -61,6 +65,11 @@ def tried(effect: str, loss: float, p: float) -> Tried:
     return Tried(cause, fitted, own, None, p, 0.0)  # type: ignore[arg-type]
 
 
+def of_rows(rows: int) -> Noise:
+    """Noise of which only the number of rows is asked."""
+    return cast(Noise, SimpleNamespace(whitener=SimpleNamespace(kept=np.empty(rows))))
+
+
 def out(other: Tried, best: Tried, gain: float) -> bool:
     significant = sign_flip_mean(other.loss - best.loss, SIGNS) < Rules().alpha_rival
     return _worse(TABLE, other, best, best.loss, gain, significant, Rules())
@@ -79,6 +88,48 @@ def test_what_does_not_look_alike_is_out_by_its_loss_alone() -> None:
     best = tried("nonlinearity", 1.0, 1e-4)
     assert out(tried("creep", 1.5, 0.5), best, 1000.0)
     assert not out(tried("creep", 1.0, 1e-4), best, 1000.0)
+
+
+def test_a_true_rival_is_seldom_out_however_much_blocks_scatter() -> None:
+    """Blocks whose differences are ``N(−μ, 4 s μ)``, as where the other model is true with noise s.
+
+    No more often than the signs of blocks may put it out (`Rules.alpha_rival`). With s = 9 a law
+    that believes s = 1 does so with ``P(N(−T, 36 T) > 9.2) = 16 %`` at ``T = 12 μ = 9.2``.
+    """
+    rng, noise = np.random.default_rng(6), of_rows(1200)
+    for mean in (0.3, 0.77, 2.0):
+        differences = rng.normal(-mean, np.sqrt(36.0 * mean), (2000, 12))
+        wrong = [likelier(np.full(12, 100.0), 100.0 + d, noise, 0.01) for d in differences]
+        assert np.mean(wrong) < Rules().alpha_rival
+
+
+def test_a_wrong_rival_is_out_where_blocks_agree() -> None:
+    rng, noise = np.random.default_rng(7), of_rows(1200)
+    differences = rng.normal(3.0, np.sqrt(4.0 * 3.0), (400, 12))
+    out_of_it = [likelier(np.full(12, 100.0), 100.0 + d, noise, 0.01) for d in differences]
+    assert np.mean(out_of_it) > 0.9
+
+
+def test_what_looks_like_a_better_contender_is_tried_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seen as a misplaced cell: crosstalk looks like that, a hinge like crosstalk only."""
+    alike = {"cell_position": ("cell_position", "crosstalk"), "crosstalk": ("crosstalk", "hinge")}
+    losses = {"cell_position": 3.0, "crosstalk": 1.2, "hinge": 1.0}
+    named = {name: tried(name, loss, 0.5) for name, loss in losses.items()}
+
+    def refitted(*given: Any) -> list[Any]:
+        about, taken = given[-2].signature.effect, given[-1]
+        kin = [n for n in alike.get(about, ()) if n not in taken]
+        return [(named[n].cause, named[n].fitted, n) for n in kin]
+
+    monkeypatch.setattr(field, "refitted", refitted)
+    monkeypatch.setattr(field, "_of_the_likeliest", lambda judged: of_rows(12))
+    monkeypatch.setattr(field, "_family", lambda *given: [])
+    monkeypatch.setattr(field.Field, "judged", lambda self, one, fair: named[one[2]])
+    subject = cast(Any, SimpleNamespace(table=TABLE, without_credit=lambda bare, fitted: bare))
+    answer = cast(Any, SimpleNamespace(causes=(named["cell_position"].cause,)))
+    _, all_tried, best = field.field_of(subject, [], None, answer, SIGNS, Rules(), frozenset())
+    assert [t.cause.signature.effect for t in all_tried] == ["cell_position", "crosstalk", "hinge"]
+    assert best is named["hinge"]
 
 
 def test_of_a_kind_the_one_that_leaves_nothing_is_best() -> None:
