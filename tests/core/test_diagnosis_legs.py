@@ -13,6 +13,7 @@ from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.floor import MOST, times_floor
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.moments import at_its_moment
+from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
@@ -97,6 +98,19 @@ def test_what_poses_show_is_found(effect: str) -> None:
         # a strained case is even in the load, which lifted legs show; a bridged one is a gain
         if effect in alike - {"case_strain"}:
             assert alike <= named(found), "no pose can tell them apart"
+
+
+def test_a_small_coupling_that_poses_show_for_certain_is_named_and_called_small() -> None:
+    """Which cause it is and whether it matters are two questions; a p of 1e-4 answers the first."""
+    coupled = distorting("cross_coupling", "mr", {"coupling_fx_fz": 0.02})
+    found = investigated(pose_case(21, *coupled, tolerance_n=0.1))
+    (cause,) = [step.cause for step in found.found]
+    row = next(r for r in found.rounds[0].effects if r.signature.effect == "cross_coupling")
+    assert cause.signature.effect == "cross_coupling"
+    assert not cause.rivals
+    assert cause.p < Rules().alpha_small
+    assert abs(cause.size.value - 0.02) < 0.75 * (cause.size.high - cause.size.low)
+    assert cause.size.high < row.smallest
 
 
 def named(found: Investigation) -> set[str]:
