@@ -19,15 +19,16 @@ class Place(Frozen):
     numbers, `factor` what they are multiplied by (−1 turns a sign), `format` that of dates as
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
-    unit, `nanoseconds` the column next to whole seconds, `names` translates texts, `wraps_at`
-    is the number at which a counter begins again from zero (2³² = 4294967296). `summed`: each
-    number is what came on top of those above (weights added one by one). `held`: an empty
-    cell means what stands above it. `only_where` is for a weight that lies on one cell at a time,
-    ``{ loaded_cell = "FL" }``: where that column says something else the number is 0. `missing`
-    says what a cell holds where there was no reading (``["-9999"]``; ``[""]`` for an empty one or
-    NaN): such rows of a bench log are left out and counted. Instead of `column`, a `value` holds
-    for every row, and `file_name` is a regular expression whose first group in the file's name
-    does; with a slash in it, in ``folder/file``.
+    unit, `nanoseconds` the column next to whole seconds, `plus` other columns that come on top and
+    their units (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates
+    texts, `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
+    `summed`: each number is what came on top of those above (weights added one by one). `held`: an
+    empty cell means what stands above it. `only_where` is for a weight that lies on one cell at a
+    time, ``{ loaded_cell = "FL" }``: where that column says something else the number is 0.
+    `missing` says what a cell holds where there was no reading (``["-9999"]``; ``[""]`` for an
+    empty one or NaN): such rows of a bench log are left out and counted. Instead of `column`, a
+    `value` holds for every row, and `file_name` is a regular expression whose first group in the
+    file's name does; with a slash in it, in ``folder/file``.
     """
 
     column: str = ""
@@ -38,6 +39,7 @@ class Place(Frozen):
     format: str | None = None
     factor: float | None = None
     nanoseconds: str = ""
+    plus: dict[str, str] = Field(default_factory=dict)
     wraps_at: float | None = Field(default=None, gt=0)
     summed: bool = False
     names: dict[str, str] = Field(default_factory=dict)
@@ -65,6 +67,8 @@ class Place(Frozen):
             raise ValueError("an empty cell means what stands above it, or nothing: held, missing")
         if self.nanoseconds and not self.column:
             raise ValueError("nanoseconds stand next to a column of whole seconds")
+        if self.plus and (not self.column or self.unit is None):
+            raise ValueError("plus stands next to a column and its unit")
         return self
 
     def foreign(self) -> ForeignColumn:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
@@ -28,6 +30,7 @@ from footcal_cli.sniff.units import GRAVITY_MPS2
 from footcal_cli.sniff.weights import (
     added_up,
     follow,
+    in_two_units,
     known_wrench,
     load_entry,
     loads_across,
@@ -43,6 +46,8 @@ _TURNS = 0.5
 _OF_ALL = 0.2
 """How far the sum of readings may be from the load that all cells carry together."""
 _HALF = 0.5
+_BARE = {"g": "g", "st": "stone", "stone": "stone"}
+"""Names that are a unit of a load only beside one in another unit."""
 
 
 def plan_of(file: FileGuess) -> Plan | None:
@@ -111,6 +116,13 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"readings of {len(apart)} cells below each other, one row per cell and stamp",
             "write one row per stamp, a column for each cell "
             f"({', '.join(f'{name}_counts' for name in apart[:3])}, …), or known loads in a column",
+        )
+    if len(loads) == 2 and len(cells) == 1 and follow(loads[0], loads[1:], _AS_ASKED)[1]:
+        one, other = (c.column for c in loads)
+        return (
+            f"two columns of loads, {one} and {other}, that do not agree",
+            f"say in [columns] which one is meant, or that one comes on top: load_n = {{ column = "
+            f'"{one}", unit = "…", plus = {{ {toml_key(other)} = "…" }} }}',
         )
     if loads and len(cells) > 1 and _share_the_load(loads, cells):
         first = toml_key(next(iter(channel_names(cells))))
@@ -208,6 +220,10 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     net = [c for c in loads if NET & set(words_of(c.column))]
     if any(GROSS & set(words_of(c.column)) for c in loads):
         loads = [c for c in loads if c not in net]
+    if loads:
+        named = [(c, c.column.strip().lower()) for c in file.of("unknown") if c.values is not None]
+        bare = [replace(c, unit=_BARE[name]) for c, name in named if name in _BARE]
+        loads = [c for c in in_two_units([*loads, *bare]) if c not in bare]
     asked = [c for c in loads if COMMANDED & set(words_of(c.column))]
     if len(asked) == 1 and len(loads) == 2 and cells:
         loads = [c for c in loads if c not in asked]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -40,6 +41,8 @@ class ColumnGuess:
         Of dates, and of numbers among words.
     nanoseconds
         The column of nanoseconds beside one of whole seconds.
+    plus
+        Columns that come on top -> their units; `values` hold the sum.
     wraps_at
         Where a counter began again from zero; `values` go on counting.
     summed
@@ -61,6 +64,7 @@ class ColumnGuess:
     pattern: str | None = None
     codes: IntArray | None = None
     nanoseconds: str = ""
+    plus: Mapping[str, str] = field(default_factory=dict)
     wraps_at: float | None = None
     summed: bool = False
     held: bool = False

@@ -95,12 +95,15 @@ def listing(parts: Sequence[Part]) -> list[str]:
         lines.append(f"  {part.plan.sure}: {part.plan.kind}, by {part.plan.why}")
         used: dict[str, tuple[str, Entry]] = {}
         choosing: set[str] = set()
+        on_top: dict[str, str] = {}
         for name, entry in _all_entries(part.plan):
             choosing |= set(entry.only_where)
             if entry.column is not None:
                 first = used.get(entry.column.column)
                 both = name if first is None else f"{first[0]}, {name}"
                 used[entry.column.column] = (both, entry)
+                below = entry.column.column
+                on_top |= {c: f"{below} in {unit}" for c, unit in entry.column.plus.items()}
             elif entry.file_name is not None:
                 lines.append(f"  {name}: from the file's name ({entry.why})")
         for column in part.plan.file.columns:
@@ -110,6 +113,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 lines.append(f"  {column.column} -> {name}{unit}   {entry.sure}: {entry.why}")
             elif column.column in _read_anyway(part.plan):
                 lines.append(f"  {column.column} -> read as it stands   sure: its name")
+            elif column.column in on_top:
+                lines.append(f"  {column.column} -> on top of {on_top[column.column]}")
             elif column.column in choosing:
                 lines.append(f"  {column.column} -> which of them the load lies on")
             else:
@@ -233,6 +238,9 @@ def _place(entry: Entry) -> str:
         said.append(f"wraps_at = {entry.wraps_at:.0f}")
     if entry.column is not None and entry.column.summed:
         said.append("summed = true")
+    if entry.column is not None and entry.column.plus:
+        pairs = ", ".join(f"{_key(a)} = {_quoted(b)}" for a, b in entry.column.plus.items())
+        said.append(f"plus = {{ {pairs} }}")
     if entry.nanoseconds:
         said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
     if entry.names:

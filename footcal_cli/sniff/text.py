@@ -114,8 +114,8 @@ def guess_text(path: Path) -> TextGuess:
             "what it writes",
         )  # fmt: skip
     begun = lines[:_ABOVE]
-    mixed = [pair[0] for line in begun if (pair := _COMPOUND.search(line))]
-    if len(mixed) > len(begun) / 2:
+    rows = [line for line in begun if not line.lstrip().startswith(_COMMENTS)]
+    if mixed := [pair[0] for line in rows if (pair := _COMPOUND.search(line))]:
         raise DataError(
             f"'{mixed[-1]}': two units in one value", file=path,
             remedy="write it as one number in one unit, named in the column (0.5 lb for 0 lb 8 oz)",

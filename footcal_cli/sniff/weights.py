@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
+from footcal_cli.errors import UsageError
 from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import PUT, words_of
@@ -26,12 +28,15 @@ from footcal_cli.sniff.plan import (
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
 from footcal_cli.sniff.which_cell import cell_column
+from footcal_cli.tables.units import conversion
 
 _ROWS_OF_A_STREAM = 60
 _MANY = 10
 """Different loads under which a reading of two values measures none."""
 _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
+_FEWEST_PARTS, _WHOLE = 2.0, 1e-6
+"""Units that are written beside each other, pounds and ounces: so many parts, a whole number."""
 _STRAIGHT = 0.98
 """How much of a reading's variance the load on a cell explains at least."""
 UNIT_ASKED = Blank(
@@ -170,6 +175,34 @@ def added_up(added: ColumnGuess, cells: Sequence[ColumnGuess]) -> ColumnGuess:
         return added
     return replace(total, sure="likely", why="what was added at each step: the readings follow "
                    "its sum")  # fmt: skip
+
+
+def in_two_units(loads: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Loads of which one is what a larger unit beside it leaves over: pounds and ounces.
+
+    The smaller number never reaches one of the larger unit, a whole number of the smaller ones.
+    """
+    for whole, rest in permutations(loads, 2):
+        parts = _parts_of(whole.unit, rest.unit)
+        over = numbers_of(rest)[np.isfinite(numbers_of(rest))]
+        if parts < _FEWEST_PARTS or abs(parts - round(parts)) > _WHOLE:
+            continue
+        if over.size and over.min() >= 0.0 and over.max() < parts:
+            values = numbers_of(whole) + np.nan_to_num(numbers_of(rest)) / parts
+            plus = {**whole.plus, rest.column: rest.unit or ""}
+            both = replace(whole, values=values, plus=plus, why=f"its name, {rest.column} on top")
+            return in_two_units([both, *(c for c in loads if c is not whole and c is not rest)])
+    return loads
+
+
+def _parts_of(whole: str | None, part: str | None) -> float:
+    """How many of one unit make one of another; 0 where these are no two units of a load."""
+    if whole is None or part is None or "count" in (whole, part):
+        return 0.0
+    try:
+        return conversion(whole, "N", 1.0).slope / conversion(part, "N", 1.0).slope
+    except UsageError:
+        return 0.0
 
 
 def _one_at_a_time(

@@ -14,7 +14,7 @@ from footcal_cli.errors import UsageError
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn
-from footcal_cli.tables.units import Conversion, conversion
+from footcal_cli.tables.units import Conversion, conversion, parse_unit
 from footcal_cli.tables.values import durations, numbers, seconds, stamps, texts
 
 READING_UNITS = ("V", "mV", "uV", "mV/V")
@@ -180,9 +180,11 @@ def _read_as(
     if place.factor is not None:
         factor = place.factor * (factor or 1.0)
     other = reading_unit(place.unit) if is_reading(spec) else None
+    if place.plus:
+        unit += "".join(f" and {parse_unit(more).name}" for more in place.plus.values())
+    source = " + ".join((place.column or spec.name, *place.plus))
     return ReadColumn(
-        spec.name, place.column or spec.name, unit, other or spec.unit or "", factor,
-        _range(written), _range(read),
+        spec.name, source, unit, other or spec.unit or "", factor, _range(written), _range(read),
     )  # fmt: skip
 
 

@@ -39,6 +39,8 @@ class ForeignColumn:
         Numbers are multiplied by it (−1 where a sign is the other way round).
     nanoseconds
         Another column of the file: nanoseconds beside the whole seconds of `column`.
+    plus
+        Other columns of the file -> their units: what comes on top (ounces beside pounds).
     wraps_at
         A counter that reaches this number begins again from zero; of a cell's counts, the number
         of codes of a converter whose sign was lost.
@@ -63,6 +65,7 @@ class ForeignColumn:
     format: str | None = None
     factor: float | None = None
     nanoseconds: str = ""
+    plus: Mapping[str, str] = field(default_factory=dict)
     wraps_at: float | None = None
     summed: bool = False
     names: Mapping[str, str] = field(default_factory=dict)

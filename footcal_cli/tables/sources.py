@@ -18,6 +18,7 @@ from footcal_cli.tables.logfiles import column_names, raw_columns
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
 from footcal_cli.tables.textfiles import called_as
+from footcal_cli.tables.units import conversion
 
 _TIME = Column("time_s", "time stamp")
 _TOPIC_S = 0.1
@@ -60,6 +61,7 @@ def source_columns(
     own = set(column_names(path, reading.layout))
     wanted = {p.column for p in places.values() if p.in_file}
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
+    wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
     wanted |= conditions
     if conditions - own:
@@ -97,6 +99,9 @@ def source_columns(
             found[name] = _cell(raw[place.column], place, reading, path)
             if place.only_where:
                 found[name] = _only_where(found[name], raw, place)
+            for other, unit in place.plus.items():
+                more = _cell(raw[other], place, reading, path)
+                found[name] = _plus(found[name], more, place, (other, unit), path)
             if place.nanoseconds:
                 found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:
@@ -182,6 +187,21 @@ def _with_nanoseconds(
             )  # fmt: skip
     stamps = whole.values.astype(np.int64) * 10**9 + rest.values.astype(np.int64)
     return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
+
+
+def _plus(
+    raw: RawColumn, more: RawColumn, place: ForeignColumn, other: tuple[str, str], path: Path
+) -> RawColumn:
+    """A column with another one, in a unit of its own, on top; an empty cell adds nothing."""
+    column, unit = other
+    for one, name in ((raw, place.column), (more, column)):
+        if one.kind != "number":
+            raise DataError("holds no numbers", file=path, column=name,
+                            remedy="correct `plus` in [columns]")  # fmt: skip
+    change = conversion(unit, place.unit or unit, 1.0)
+    added = np.where(more.empty, 0.0, change(more.values.astype(np.float64)))
+    values = np.where(raw.empty, 0.0, raw.values.astype(np.float64)) + added
+    return replace(raw, values=values, empty=raw.empty & more.empty)
 
 
 def _only_where(
