@@ -28,7 +28,7 @@ UNLOADED = 0.1
 """A lifted foot's cells all lie within this share of their range, for this share of the time."""
 _FEWEST_STEPS = 4
 _FEWEST_LEVELS = 3
-_CODES = (2.0**16, 2.0**24, 2.0**32)
+_CODES = tuple(2.0**bits for bits in (16, 18, 20, 22, 24, 32))
 SIGN_SPAN, _LEVEL_APART = 0.25, 0.1
 """Share of a converter's range in which codes lie that lost their sign, and of their own span
 between two levels."""

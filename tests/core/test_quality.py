@@ -193,11 +193,18 @@ def test_negative_codes_without_their_sign_are_told_from_two_ends_of_a_range() -
     rng = np.random.default_rng(4)
     levels = np.repeat([4400.0, -140_000.0, -284_000.0, -572_000.0], 6)
     true = levels + rng.normal(0.0, 40.0, levels.size).round()
-    for bits in (24, 32):
+    for bits in (22, 24, 32):
         read = np.mod(true, 2.0**bits)
         assert lost_sign(read) == 2.0**bits
         np.testing.assert_array_equal(signed(read, 2.0**bits), true)
         assert "sign_lost" in {f.code for f in check_codes("a", read, 24)}
+    for bits in (16, 18, 20):
+        small = np.round(true / 2.0 ** (22 - bits))
+        assert lost_sign(np.mod(small, 2.0**bits)) == 2.0**bits
+    for bits in (16, 18, 20, 22, 24):  # ladders over all of a converter's range
+        for loads in (np.arange(3.0), np.arange(9.0), np.array([0.0, 1, 2, 5, 10, 20])):
+            ladder = np.repeat(loads / loads[-1], 5) * 0.95 * 2.0**bits
+            assert lost_sign(np.round(ladder + rng.uniform(0.0, 30.0, ladder.size))) == 0.0
     assert lost_sign(true) == 0.0
     full = np.repeat([500.0, 65_000.0], 6) + rng.normal(0.0, 20.0, 12).round()  # 16 bits, all of it
     assert lost_sign(full) == 0.0
