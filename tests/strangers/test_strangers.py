@@ -11,6 +11,8 @@ from tests.strangers import (
     eighth,
     eleventh,
     fifth,
+    fourteenth_bench,
+    fourteenth_robots,
     fourth,
     later,
     legged,
@@ -79,6 +81,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "eleventh",
         "twelfth",
         "thirteenth",
+        "fourteenth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -94,6 +97,9 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "twelfth": (*twelfth_bench.TWELFTH_BENCH, *twelfth_robots.TWELFTH_ROBOTS),
         "thirteenth": (
             *thirteenth_bench.THIRTEENTH_BENCH, *thirteenth_robots.THIRTEENTH_ROBOTS
+        ),
+        "fourteenth": (
+            *fourteenth_bench.FOURTEENTH_BENCH, *fourteenth_robots.FOURTEENTH_ROBOTS
         ),
         "tenth": (*tenth_bench.TENTH_BENCH, *tenth_robots.TENTH_ROBOTS),
         "seventh": (
