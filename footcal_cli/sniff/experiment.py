@@ -117,7 +117,12 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "write one row per stamp, a column for each cell "
             f"({', '.join(f'{name}_counts' for name in apart[:3])}, …), or known loads in a column",
         )
-    if len(loads) == 2 and len(cells) == 1 and follow(loads[0], loads[1:], _AS_ASKED)[1]:
+    units = [c.unit for c in loads if c.unit is not None]
+    if (
+        len(loads) == 2 == len(units)
+        and len(cells) == 1
+        and follow(loads[0], loads[1:], _AS_ASKED)[1]
+    ):
         one, other = (c.column for c in loads)
         return (
             f"two columns of loads, {one} and {other}, that do not agree",
