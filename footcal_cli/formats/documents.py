@@ -1,4 +1,4 @@
-"""Messages as `rostopic echo` and `ros2 topic echo` print them: documents of indented keys."""
+"""Messages as `rostopic echo`, `ros2 topic echo` and `gz topic -e` print them: indented keys."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
 from footcal_cli.formats.contract import Array, Clock, Columns, Stream
+from footcal_cli.tables.foreign import without_braces
 
 _ENTRY = re.compile(r"^(?P<indent>\s*)(?P<dash>- )?(?:(?P<key>[A-Za-z_][\w ]*):)?\s*(?P<value>.*)$")
 _LIST = re.compile(r"^\[(.*)\]$")
@@ -25,7 +26,7 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     DataError
         No message with a number.
     """
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
+    text = without_braces(path.read_text(encoding="utf-8-sig", errors="replace"))
     messages = [dict(_values(part)) for part in re.split(r"(?m)^---\s*$", text) if part.strip()]
     if messages and messages[-1].keys() != messages[0].keys():
         messages.pop()  # the recording was ended within it

@@ -12,7 +12,7 @@ from footcal_cli.sniff.groups import channel_names, could_be_read, readings, wre
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.holds import blank_loads
 from footcal_cli.sniff.motion import without_motion
-from footcal_cli.sniff.names import ADDED, COMMANDED, GROSS, NET, words_of
+from footcal_cli.sniff.names import ADDED, COMMANDED, GROSS, NET, STATISTICS, words_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import (
     FORCES,
@@ -71,11 +71,11 @@ def plan_of(file: FileGuess) -> Plan | None:
         return transducers(file, six)
     if why_not(file) is not None:
         return None
+    runs = runs_across(file, loads)
+    if runs is not None and all(STATISTICS & {*words_of(c.column)} for c in cells):
+        return runs
     if loads and cells:
         return weights(file, loads, cells)
-    runs = runs_across(file, loads)
-    if runs is not None:
-        return runs
     across = loads_across(file)
     if across is not None:
         return across

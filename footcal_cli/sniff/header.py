@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from footcal_cli.sniff.names import STATISTICS
-from footcal_cli.sniff.rows import Body, fields_of
+from footcal_cli.sniff.rows import Body, fields_of, filled_fields
 from footcal_cli.sniff.tokens import is_number
 from footcal_cli.sniff.units import looks_like_units, split_unit
 from footcal_cli.tables.drawn import undrawn
@@ -23,7 +23,7 @@ _PROCESSED = {"Smp", "Avg", "Max", "Min", "Std", "Tot", "Med", "RSq", "WVc", "TM
 
 def header_fields(line: str, body: Body, comment: str) -> list[str]:
     """Names in a line above the rows, empty where it is none."""
-    plain = line.strip("\r\n")
+    plain = _as_rows_are(line.strip("\r\n"), body)
     for sign in ("#", "%", "//", comment):
         if sign and plain.lstrip().startswith(sign):
             bare = plain.lstrip().removeprefix(sign).strip()
@@ -34,6 +34,15 @@ def header_fields(line: str, body: Body, comment: str) -> list[str]:
     return _split(plain, body)
 
 
+def _as_rows_are(line: str, body: Body) -> str:
+    """A wiki's header with the bars of its rows: ``||a||b||``, ``! a !! b``."""
+    if body.separator != "|":
+        return line
+    doubled = re.sub(r"^\s*!", "|", line).replace("!!", "||")
+    either = (doubled, doubled.replace("||", "|"))
+    return next((x for x in either if len(filled_fields(x, "|")) == body.width), line)
+
+
 def _split(line: str, body: Body) -> list[str]:
     fields = fields_of(line.rstrip(body.separator), body.separator)
     if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
@@ -41,7 +50,8 @@ def _split(line: str, body: Body) -> list[str]:
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
         fields = fields[: body.width]  # rows without the comments that the header announces
     if len(fields) == body.width - 1 and body.counted:
-        fields = ["row", *fields]  # R, pandas and Stata number rows under no name
+        # R, pandas and Stata number rows under no name
+        fields = ["row", *(f.strip('"') if body.separator == BLANKS else f for f in fields)]
     if len(fields) != body.width and body.separator == BLANKS:
         plain = undrawn(line, BLANKS).strip()
         fields = [f.strip() for f in re.split(r"\t+|\s{2,}|,\s*|;\s*", plain)]

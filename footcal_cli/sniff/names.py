@@ -41,7 +41,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "temperature": "temp temperature temperatur température temperatura температура 温度",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
-    "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova",
+    "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
+    "series serie reihe messreihe série",
     "session": "session day tag set block sitzung",
     "phase": "phase",
     "orientation": "orientation lage attitude ori",
@@ -191,7 +192,7 @@ def _of_characters(word: str) -> list[str]:
 
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
-    plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ "))
+    plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ ").rstrip("?: "))
     plain = _RUN.sub("", plain)
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
@@ -332,9 +333,11 @@ def _by_words(
     words: list[str], compact: list[str], unit: str | None
 ) -> tuple[Quantity, str, set[str]]:
     """Quantity by a word of the vocabulary, the last one first, or by the unit alone."""
-    if any(
-        w in ("weight", "load", "mass", "gewicht", "masse", "poids", "last") for w in words
-    ) and (any(w in ("cell", "sensor", "raw", "counts", "adc") for w in words)):
+    if (
+        any(w in ("weight", "load", "mass", "gewicht", "masse", "poids", "last") for w in words)
+        and any(w in ("cell", "sensor", "raw", "counts", "adc") for w in words)
+        and "on" not in words
+    ):
         return "reading", "", set()
     if words in (["p"], ["p", "0"]):
         return "pressure", "", set(words)

@@ -133,7 +133,7 @@ class Body:
         whole = min(min(own) for own in worths) >= 0.0
         return cls(
             separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse, whole,
-            _counts([row[0].rstrip(".") for row in rows]),
+            _counts([row[0].strip('"').rstrip(".") for row in rows]),
         )  # fmt: skip
 
     def begins_at(self, lines: list[str]) -> int:

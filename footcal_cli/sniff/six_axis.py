@@ -28,6 +28,8 @@ COUNTED = Blank(
 _MOST_N = 20_000.0
 _LOADED, _TOGETHER = 10.0, 0.2
 """A weight is so much larger than its changes; what is shifted adds up to so much less."""
+_STILL = 0.05
+"""Forces that scatter by so small a share of another transducer's do not feel what it feels."""
 _LONGEST_LEVER = 5.0
 """Torques that change so much beside forces of unknown unit are not in Nm."""
 TURNED = Blank(
@@ -38,6 +40,10 @@ TURNED = Blank(
 
 def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan:
     """Six-axis transducers: hanging with an attitude, or feet that stand and walk."""
+    if still := _still(six):
+        plan = transducers(file, {name: group for name, group in six.items() if name not in still})
+        why = f"{', '.join(still)}: left out, stands still while the others move"
+        return replace(plan, warnings=(*plan.warnings, why))
     labels = [c for c in file.of("label") if c.words]
     forces = _forces(six, labels)
     pose = attitude_of(file, None if labels else forces_of(next(iter(six.values()))))
@@ -105,6 +111,14 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
     )  # fmt: skip
+
+
+def _still(six: Mapping[str, Mapping[str, ColumnGuess]]) -> list[str]:
+    """Wrenches that hardly move beside one that does: the tool's weight was taken out of them."""
+    moved = {name: float(np.nanstd(forces_of(dict(group)), axis=0).max())
+             for name, group in six.items()}  # fmt: skip
+    most = max(moved.values())
+    return [name for name, one in moved.items() if one < _STILL * most]
 
 
 def _own_attitudes(

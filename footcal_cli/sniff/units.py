@@ -39,6 +39,8 @@ WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 _AMBIGUOUS = 2
 """Units of so few letters differ by the size of these letters."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
+_SPOKEN = re.compile(r"^(?P<stem>.*\S)\s+in\s+(?P<unit>\S+)$")
+"""A unit that is spoken: ``Force in kN``."""
 _PRODUCTS = frozenset(unit for unit in _ALSO.values() if "*" in unit)
 _COUNTED = re.compile(r"(\d*\.?\d+(?:e-?\d+)?)\s*([A-Za-z·*/^²°.-]+)")
 _SUFFIXES = {
@@ -74,7 +76,7 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     >>> split_unit("Kraft [0.1 N]")
     ('Kraft', 'N', 0.1)
     """
-    found = _BRACKETED.match(name)
+    found = _BRACKETED.match(name) or _SPOKEN.match(name)
     if found and (unit := known_unit(found["unit"])) is not None:
         return found["stem"], unit, 1.0
     parted = _COUNTED.fullmatch(found["unit"].strip()) if found else None

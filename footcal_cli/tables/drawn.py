@@ -16,14 +16,14 @@ _BARS = str.maketrans(dict.fromkeys("|│┃║¦", " "))
 _DRAWN = r"[\s|+:.'=_│┃║├┤┼╞╡╪╫┌┐└┘┬┴─━═╌╴╶-]*"
 _RULE = re.compile(
     rf"{_DRAWN}(?:-{{3,}}|[─━═]{{2}}|={{3,}}){_DRAWN}|[\s|:+-]*\|[\s|:+-]*-[\s|:+-]*"
-    rf"|\s*\\[A-Za-z]+\b[^&]*"
+    rf"|\s*\\[A-Za-z]+\b[^&]*|\s*\{{\|.*|\s*\|\}}\s*"
 )
 _ROW_END = re.compile(r"\\\\\s*(?:\\[A-Za-z]+\b[^&]*)?$")
 _EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]\d{2,3})(?!\w)")
 
 
 def is_rule(line: str) -> bool:
-    r"""Whether a line is drawn between rows: ``-----+---``, ``|---|``, ``\hline``."""
+    r"""Whether a line is drawn around rows: ``----+---``, ``|---|``, ``\hline``, ``{|``, ``|}``."""
     return _RULE.fullmatch(line.rstrip("\r\n")) is not None
 
 

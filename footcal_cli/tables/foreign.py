@@ -13,6 +13,10 @@ READERS = {
     ".parquet": "logs", ".pq": "logs", ".html": "webpages", ".htm": "webpages",
 }  # fmt: skip
 """Suffix -> module of the room `formats` that makes tables of such a file."""
+_BLOCK = re.compile(r"(?m)^(\s*)([A-Za-z_]\w*) \{[ \t]*$")
+_CLOSED = re.compile(r"(?m)^\s*\}[ \t]*\n")
+_BETWEEN = re.compile(r"\n[ \t]*\n")
+_FEWEST_BLOCKS = 2
 
 
 def kind_of_records(text: str) -> str:
@@ -35,9 +39,20 @@ def is_xml(text: str) -> bool:
     return re.match(r"\s*<(?:\?xml\b|!--|[A-Za-z_][\w:.-]*[\s>/])", text) is not None
 
 
+def without_braces(text: str) -> str:
+    """Messages as `gz topic -e` prints them, in the form of `ros2 topic echo`.
+
+    ``force {`` becomes ``force:``, and the empty line between two messages ``---``.
+    """
+    if len(_BLOCK.findall(text[:20_000])) < _FEWEST_BLOCKS or not _CLOSED.search(text):
+        return text
+    plain = _CLOSED.sub("", _BLOCK.sub(r"\1\2:", text))
+    return _BETWEEN.sub("\n---\n", plain)
+
+
 def is_of_documents(text: str) -> bool:
-    """Whether a text is of messages: keys with colons, ``---`` between."""
-    lines = [line for line in text.splitlines()[:400] if line.strip()]
+    """Whether a text is of messages: keys with colons, ``---`` between, or blocks in braces."""
+    lines = [line for line in without_braces(text).splitlines()[:400] if line.strip()]
     ends = sum(line.strip() == "---" for line in lines)
     keyed = sum(bool(re.match(r"\s*(?:- )?[A-Za-z_]\w*:(?:\s|$)", line)) for line in lines)
     return ends >= 2 and keyed > 0.5 * (len(lines) - ends)

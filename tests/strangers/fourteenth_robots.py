@@ -95,7 +95,7 @@ def gz_topic_echo(to: Path, rng: Rng) -> Made:
         lines += ["force {", *(f"  {a}: {v:.5f}" for a, v in zip("xyz", w[:3], strict=True)), "}",
                   "torque {", *(f"  {a}: {v:.5f}" for a, v in zip("xyz", w[3:], strict=True)),
                   "}", ""]  # fmt: skip
-    return Made([write(to / "ft.txt", lines)], says="convert")
+    return Made([write(to / "ft.txt", lines)], says="attitude")
 
 
 def isaac_tensors(to: Path, rng: Rng) -> Made:
@@ -127,11 +127,12 @@ def six_legs_hung(to: Path, rng: Rng) -> Made:
     rot = Rotation.from_euler("xyz", np.column_stack([rolls, pitch, 0 * rolls]))
     down = -rot.as_matrix()[:, 2, :]
     names, columns, truth = ["t", "frame_roll_deg", "frame_pitch_deg"], list[Array](), Truth()
-    for leg in ("LF", "LM", "LH", "RF", "RM", "RH"):
+    for leg, ours in zip(("LF", "LM", "LH", "RF", "RM", "RH"), ("fl", "ml", "hl", "fr", "mr", "hr"),
+                         strict=True):  # fmt: skip
         made = tool(rng)
         columns += list(made.read(down, rng).T)
         names += [f"{leg}_{a}" for a in ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")]
-        part = tool_truth(made, leg.lower())
+        part = tool_truth(made, ours)
         truth = Truth({**truth.values, **part.values}, {**truth.within, **part.within})
     body = rows(0.05 * np.arange(len(rolls)), np.degrees(rolls), np.degrees(pitch), *columns,
                 form="%.6g")  # fmt: skip
@@ -185,7 +186,7 @@ def one_foot_on_a_bench(to: Path, rng: Rng) -> Made:
         for kg in (0.0, 0.5, 1.0, 2.0):
             for c in one.read(np.full(3, kg * G), rng):
                 lines.append(f"{spoken[name]},{kg:g},{c:.0f}")
-    named = {spoken[name].replace("-", "_"): one for name, one in cells.items()}
+    named = {spoken[name]: one for name, one in cells.items()}
     return Made([write(to / "corners.csv", lines)], truth_of(named))
 
 
