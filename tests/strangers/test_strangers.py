@@ -52,8 +52,15 @@ SAMPLE = (
     twelfth_robots.zeros_where_lost, twelfth_bench.stata_list, twelfth_bench.xml_records,
     thirteenth_bench.campbell_toa5, thirteenth_robots.staubli_intrinsic,
     thirteenth_robots.axis_and_angle, thirteenth_bench.html_of_a_scale,
-    thirteenth_bench.unsigned_24_bits, twelfth_bench.added_and_removed, twelfth_robots.kawasaki_oat,
+    thirteenth_bench.unsigned_24_bits, fourteenth_bench.confluence_wiki,
+    fourteenth_bench.certificate_kilonewtons, fourteenth_robots.xarm_report, twelfth_bench.added_and_removed, twelfth_robots.kawasaki_oat,
 )  # fmt: skip
+
+
+NOT_READ = {
+    "fourteenth": {"tracer_daq", "units_in_every_cell", "openscale", "readings_as_fractions"}
+}
+"""Logs that end with a refusal which does not lead on, by corpus; docs/bring_your_log.md."""
 
 
 @pytest.mark.parametrize("shape", SAMPLE, ids=lambda s: s.__name__)
@@ -111,4 +118,6 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     for kind in ("calibration", "next step"):
         count = sum(one.outcome == kind for one in found.values())
         print(f"{corpus}: {count} of {len(found)} to a {kind}")  # noqa: T201 - the study's answer
-    assert {name: one.outcome for name, one in found.items() if not one.good} == {}
+    left = {name: one.outcome for name, one in found.items() if not one.good}
+    assert left.keys() == NOT_READ.get(corpus, set()), left
+    assert not any(one.wrong for one in found.values())
