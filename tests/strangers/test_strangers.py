@@ -53,7 +53,8 @@ SAMPLE = (
     thirteenth_bench.campbell_toa5, thirteenth_robots.staubli_intrinsic,
     thirteenth_robots.axis_and_angle, thirteenth_bench.html_of_a_scale,
     thirteenth_bench.unsigned_24_bits, fourteenth_bench.confluence_wiki,
-    fourteenth_bench.certificate_kilonewtons, fourteenth_robots.xarm_report, twelfth_bench.added_and_removed, twelfth_robots.kawasaki_oat,
+    fourteenth_bench.certificate_kilonewtons, fourteenth_robots.xarm_report,
+    twelfth_bench.added_and_removed, twelfth_robots.kawasaki_oat,
 )  # fmt: skip
 
 
