@@ -107,9 +107,7 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
             before=None if before is None else read_record(DiagnosisRecord, before),
             reproduce=request.command_line,
         )  # fmt: skip
-    if not read.extends:
-        return outcome
-    record = extended(session, baseline_of(session), read.case, found, moved)
+    record = extended(session, baseline_of(session), read.case, found, moved, read.before)
     return replace(outcome, records={**outcome.records, "parameters_extended.json": record})
 
 

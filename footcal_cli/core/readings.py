@@ -32,6 +32,9 @@ _CODES = tuple(2.0**bits for bits in (16, 18, 20, 22, 24, 32))
 SIGN_SPAN, _LEVEL_APART = 0.25, 0.1
 """Share of a converter's range in which codes lie that lost their sign, and of their own span
 between two levels."""
+_FEWEST_CODES, _BENT, _STRAIGHT = 2.0**8, 0.9, 0.999
+"""Codes of the smallest converter; squared correlations with a load of readings that lost their
+sign, and of the same with it."""
 _FEWEST_LOADED = 12
 LOOSE_SCATTER, LOOSE_SHARE = 10.0, 0.1
 """A channel that scatters from sample to sample by so many times its siblings' scatter, and by so
@@ -115,6 +118,30 @@ def lost_sign(counts: FloatArray) -> float:
         if apart and np.sum(np.diff(codes) > _LEVEL_APART * span) >= _FEWEST_LEVELS - 1:
             return at
     return 0.0
+
+
+def straightness(load: FloatArray, counts: FloatArray) -> float:
+    """Squared correlation of readings with a load, shape (n,) each; 0 where one never changes."""
+    good = np.isfinite(load) & np.isfinite(counts)
+    x, y = load[good], counts[good]
+    if x.size < _FEWEST_LEVELS or not np.ptp(x) > 0 or not np.ptp(y) > 0:
+        return 0.0
+    return float(np.corrcoef(x, y)[0, 1]) ** 2
+
+
+def lost_sign_by_load(counts: FloatArray, load: FloatArray) -> float:
+    """2^bits of a converter whose codes are straight in a load once signed; 0 of any other.
+
+    Of any number of bits, however far the codes lie apart: the load says which reading is true.
+    Shape (n,) each.
+    """
+    seen = counts[np.isfinite(counts)]
+    levels = np.unique(load[np.isfinite(load) & np.isfinite(counts)])
+    if levels.size < _FEWEST_LEVELS or seen.min() < 0 or np.any(seen != np.round(seen)):
+        return 0.0
+    at = float(2.0 ** np.ceil(np.log2(seen.max() + 1.0)))
+    both = at >= _FEWEST_CODES and np.any(seen < at / 2) and straightness(load, counts) < _BENT
+    return at if both and straightness(load, signed(counts, at)) > _STRAIGHT else 0.0
 
 
 @listed

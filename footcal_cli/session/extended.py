@@ -30,9 +30,10 @@ def extended(
     case: Case,
     found: Investigation,
     moved: Sequence[Movement],
+    before: Mapping[str, ParameterRecord],
 ) -> ParametersRecord:
-    """The calibration with the named effects in it."""
-    parameters = dict(given.parameters) if given is not None else {}
+    """The calibration with the named effects in it; `before` stands before the case's channels."""
+    parameters = {**before, **(given.parameters if given is not None else {})}
     after = {m.name: (m.after, m.sd) for m in moved}
     for parameter in case.calibration:
         value, sd = after.get(

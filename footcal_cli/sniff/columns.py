@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from footcal_cli.core.readings import lost_sign, signed
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.readings import lost_sign, lost_sign_by_load, signed, straightness
 from footcal_cli.sniff.clocks import (
     even,
     first_in_time,
@@ -20,7 +21,7 @@ from footcal_cli.sniff.clocks import (
     since_1970,
     unwrapped_counter,
 )
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.silent import MEASURED, no_reading
@@ -73,9 +74,7 @@ def _straight(file: FileGuess) -> float:
             x, y = load.values, cell.values
             if x is None or y is None or x.shape != y.shape:
                 continue
-            good = np.isfinite(x) & np.isfinite(y)
-            if good.sum() > 2 and np.ptp(x[good]) > 0 and np.ptp(y[good]) > 0:
-                most = max(most, float(np.corrcoef(x[good], y[good])[0, 1]) ** 2)
+            most = max(most, straightness(x, y))
     return most
 
 
@@ -91,7 +90,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     columns = [_column(name, raw[name], units.get(name, "")) for name in names]
     if text.layout.line:
         columns = [part_of_the_words(column) for column in columns]
-    columns = _by_numbers(seconds_apart(units_beside(columns)))
+    columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
     pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
     if pivot is not None:
         said = f"a row for each of {', '.join(pivot.labels)}, made one row per sample"
@@ -172,6 +171,34 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
     return found
+
+
+def _signs_by_load(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Readings whose lost sign a known load beside them shows, or shows never to have been lost."""
+    loads = [c for c in columns if c.quantity == "load" and c.values is not None]
+    if len(loads) != 1:
+        return columns
+    load = numbers_of(loads[0])
+    return [
+        _sign_by_load(c, load)
+        if c.quantity in ("reading", "unknown") and c.values is not None
+        and c.values.shape == load.shape and not c.format else c
+        for c in columns
+    ]  # fmt: skip
+
+
+def _sign_by_load(column: ColumnGuess, load: FloatArray) -> ColumnGuess:
+    read = numbers_of(column)
+    if column.wraps_at is not None:
+        read = np.where(read < 0, read + column.wraps_at, read)
+    at = lost_sign_by_load(read, load)
+    if at:
+        return replace(column, values=signed(read, at), wraps_at=at)
+    if column.wraps_at is not None and straightness(load, read) > straightness(
+        load, numbers_of(column)
+    ):
+        return replace(column, values=read, wraps_at=None)
+    return column
 
 
 def _only_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:

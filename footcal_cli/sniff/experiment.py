@@ -46,6 +46,11 @@ _TURNS = 0.5
 _OF_ALL = 0.2
 """How far the sum of readings may be from the load that all cells carry together."""
 _HALF = 0.5
+LOADS = (*FORCES, "oz", "mg", "t", "stone", "daN", "ozf")
+_AGAIN = 0.05
+"""How far two columns of one load may be apart: nominal and actual masses."""
+_EXPLAINED = 0.999
+"""How much of a reading's variance a load explains that is the whole load."""
 _BARE = {"g": "g", "st": "stone", "stone": "stone"}
 """Names that are a unit of a load only beside one in another unit."""
 
@@ -75,7 +80,7 @@ def plan_of(file: FileGuess) -> Plan | None:
     if runs is not None and all(STATISTICS & {*words_of(c.column)} for c in cells):
         return runs
     if loads and cells:
-        return weights(file, loads, cells)
+        return _once(weights(file, loads, cells), loads)
     across = loads_across(file)
     if across is not None:
         return across
@@ -84,6 +89,17 @@ def plan_of(file: FileGuess) -> Plan | None:
     if cells:
         return cells_in_time(file, cells)
     return None
+
+
+def _once(plan: Plan, loads: list[ColumnGuess]) -> Plan:
+    """A plan that says which columns are its load again."""
+    entries = [*plan.entries.values(), *(e for own in plan.wide.values() for e in own.values())]
+    used = {e.column.column for e in entries if e.column is not None}
+    spare = [c.column for c in loads[1:] if c.column not in used]
+    if not spare or len(spare) == len(loads):
+        return plan
+    said = f"{', '.join(spare)}: taken for {loads[0].column} once more, not added to it"
+    return replace(plan, warnings=(*plan.warnings, said))
 
 
 def why_not(file: FileGuess) -> tuple[str, str] | None:
@@ -117,13 +133,9 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "write one row per stamp, a column for each cell "
             f"({', '.join(f'{name}_counts' for name in apart[:3])}, …), or known loads in a column",
         )
-    units = [c.unit for c in loads if c.unit is not None]
-    if (
-        len(loads) == 2 == len(units)
-        and len(cells) == 1
-        and follow(loads[0], loads[1:], _AS_ASKED)[1]
-    ):
-        one, other = (c.column for c in loads)
+    apart_from = [] if len(loads) == len(cells) > 1 else _unlike(loads, cells)
+    if apart_from:
+        one, other = loads[0].column, apart_from[0].column
         return (
             f"two columns of loads, {one} and {other}, that do not agree",
             f"say in [columns] which one is meant, or that one comes on top: load_n = {{ column = "
@@ -168,6 +180,24 @@ def _one_row_per_cell(file: FileGuess, cells: list[ColumnGuess]) -> list[str]:
     if changes.mean() < _TURNS or len(different) < 2 or codes.min() < 0:
         return []
     return ["_".join(c.words[i] for c, i in zip(labels, row, strict=True)) for row in different]
+
+
+def _unlike(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Loads that are not the first one again: in newtons, or where a unit is not said by course.
+
+    Without units they matter where the first load alone does not explain the readings.
+    """
+    if len(loads) < 2 or not cells:
+        return []
+    first, unlike = loads[0], []
+    for other in loads[1:]:
+        if first.unit in LOADS and other.unit in LOADS:
+            one, two = _in_newton(first), _in_newton(other)
+            if np.nanmax(np.abs(one - two)) > _AGAIN * np.nanmax(np.abs(one)):
+                unlike.append(other)
+        elif follow(first, [other], _AS_ASKED)[1] and follow(first, cells, _EXPLAINED)[1]:
+            unlike.append(other)
+    return unlike
 
 
 def _share_the_load(loads: list[ColumnGuess], cells: list[ColumnGuess]) -> bool:

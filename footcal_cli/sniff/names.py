@@ -31,7 +31,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
-    "kraft_soll gram grams gramm kilogram pound pounds vikt massa appliqué appliquée aplicada "
+    "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt "
+    "massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "

@@ -180,12 +180,16 @@ def added_up(added: ColumnGuess, cells: Sequence[ColumnGuess]) -> ColumnGuess:
 def in_two_units(loads: list[ColumnGuess]) -> list[ColumnGuess]:
     """Loads of which one is what a larger unit beside it leaves over: pounds and ounces.
 
-    The smaller number never reaches one of the larger unit, a whole number of the smaller ones.
+    The larger unit is counted in whole numbers, and the smaller number never reaches one of it;
+    beside fractions of the larger unit it is a load by itself.
     """
     for whole, rest in permutations(loads, 2):
         parts = _parts_of(whole.unit, rest.unit)
         over = numbers_of(rest)[np.isfinite(numbers_of(rest))]
+        counted = numbers_of(whole)[np.isfinite(numbers_of(whole))]
         if parts < _FEWEST_PARTS or abs(parts - round(parts)) > _WHOLE:
+            continue
+        if np.any(counted != np.round(counted)):
             continue
         if over.size and over.min() >= 0.0 and over.max() < parts:
             values = numbers_of(whole) + np.nan_to_num(numbers_of(rest)) / parts
@@ -200,9 +204,10 @@ def _parts_of(whole: str | None, part: str | None) -> float:
     if whole is None or part is None or "count" in (whole, part):
         return 0.0
     try:
-        return conversion(whole, "N", 1.0).slope / conversion(part, "N", 1.0).slope
+        large, small = conversion(whole, "N", 1.0), conversion(part, "N", 1.0)
     except UsageError:
         return 0.0
+    return large.slope / small.slope if large.weighed == small.weighed else 0.0
 
 
 def _one_at_a_time(

@@ -82,7 +82,8 @@ def test_a_curve_under_known_wrenches_is_named(
     run: Run, tmp_path: Path, curve_per_n: float
 ) -> None:
     """Behind the matrix that the rows give; a straight sensor has no cause."""
-    record = diagnosed(run, under_wrenches(tmp_path, curve_per_n)[0])
+    log, matrix = under_wrenches(tmp_path, curve_per_n)
+    record = diagnosed(run, log)
     if not curve_per_n:
         assert (record.verdict, record.causes) == ("none", ())
         return
@@ -90,7 +91,18 @@ def test_a_curve_under_known_wrenches_is_named(
     assert (cause.effect, cause.where) == ("nonlinearity", "sensor.fz")
     assert cause.ci95 is not None
     assert cause.ci95[0] < curve_per_n < cause.ci95[1]
-    assert not (tmp_path / "diagnosis/parameters_extended.json").exists()
+    path = tmp_path / "diagnosis/parameters_extended.json"
+    extended = read_record(ParametersRecord, path)
+    assert [(e.effect, dict(e.owners)) for e in extended.effects] == [
+        ("nonlinearity", {"sensor.fz": ("sensor.fz",)})
+    ]
+    scales = [[extended.value(f"{axis.split('_')[0]}.scale_from_{b}") for b in BRIDGES]
+              for axis in AXES]  # fmt: skip
+    np.testing.assert_allclose(scales, matrix, atol=2e-4)
+    # the next diagnosis starts from it, and nothing is left to name
+    next_start = path.rename(tmp_path / "extended.json")
+    again = diagnosed(run, log, "--parameters", next_start, "--overwrite")
+    assert (again.verdict, again.causes) == ("none", ())
 
 
 def test_known_wrenches_are_checked(run: Run, tmp_path: Path) -> None:

@@ -80,3 +80,86 @@ def test_one_row_with_two_units_in_one_value_is_refused(run: Run, tmp_path: Path
     answer = run("init", log)
     assert answer.exit_code == 3
     assert "'1 lb 8 oz': two units in one value" in answer.err
+
+
+def straight(newtons: Sequence[float]) -> list[int]:
+    return [round((n - BIAS) / SCALE) for n in newtons]
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"), [("load_kg,load_g", 1000.0), ("lb,oz", 16.0), ("load_N,load_g", 0.0)]
+)
+def test_a_small_load_in_two_units_is_not_added_to_itself(
+    run: Run, header: str, factor: float, tmp_path: Path
+) -> None:
+    """Below one of the larger unit the same load twice looks like pounds and ounces."""
+    unit_n = {"load_kg,load_g": 9.80665, "lb,oz": NEWTONS["lb,oz"][0], "load_N,load_g": 1.0}[header]
+    loads = [0.0, 0.125, 0.25, 0.5, 0.75]
+    other = [x * (factor or 1000.0 / 9.80665) for x in loads]
+    counts = straight([x * unit_n for x in loads])
+    rows = zip(loads, other, counts, strict=True)
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([f"{header},counts", *(f"{a},{b:.6g},{c}" for a, b, c in rows)]))
+    recipe = tmp_path / "my.toml"
+    answer = run("init", log, "-o", recipe)
+    assert "once more, not added to it" in answer.out
+    assert run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out").exit_code == 0
+    fitted = json.loads((tmp_path / "out/parameters.json").read_text())["parameters"]
+    step = 1.0 / (counts[-1] - counts[0])  # a count of the converter
+    assert fitted["cell.scale"]["value"] == pytest.approx(SCALE, rel=step)
+
+
+@pytest.mark.parametrize("header", ["load1_kg,load2_kg", "load1,load2", "load_kg,load2"])
+@pytest.mark.parametrize("cells", [1, 3])
+def test_two_loads_that_disagree_are_asked_about(header: str, cells: int, tmp_path: Path) -> None:
+    one, two = [0.0, 0.0, 1.0, 2.0, 4.0], [0.0, 3.0, 0.0, 1.0, 3.0]
+    counts = straight([9.80665 * (a + b) for a, b in zip(one, two, strict=True)])
+    names = ",".join(f"{c}_counts" for c in ("fl", "fr", "rl")[:cells])
+    lines = [
+        f"{a},{b}," + ",".join([str(c)] * cells)
+        for a, b, c in zip(one, two, counts, strict=True)
+    ]  # fmt: skip
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([f"{header},{names}", *lines]))
+    assert plan_of(guess_file(log)) is None
+    refusal = why_not(guess_file(log))
+    assert refusal is not None
+    assert "do not agree" in refusal[0]
+
+
+def test_pounds_and_ounces_in_words(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", "lb,oz", [(0, 0), (0, 8), (1, 0), (2, 4), (4, 12)])
+    log.write_text(log.read_text().replace("lb,oz", "Pounds,Ounces"))
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    load = plan.entries["load_n"].column
+    assert load is not None
+    assert dict(load.plus) == {"Ounces": "oz"}
+
+
+@pytest.mark.parametrize("bits", [10, 12, 14, 18, 20])
+def test_a_load_shows_the_sign_that_codes_lost(run: Run, bits: int, tmp_path: Path) -> None:
+    """Over nine tenths of the range, which no gap between codes shows."""
+    newtons = [0.0, 5.0, 10.0, 20.0, 30.0, 40.0]
+    scale = 40.0 / (0.9 * 2**bits)
+    codes = [round((n - 18.0) / scale) % 2**bits for n in newtons]
+    log = tmp_path / "log.csv"
+    log.write_text(
+        "\n".join(["load_N,adc", *(f"{n},{c}" for n, c in zip(newtons, codes, strict=True))])
+    )
+    recipe = tmp_path / "my.toml"
+    assert run("init", log, "-o", recipe).exit_code == 0
+    assert f"wraps_at = {2**bits}" in recipe.read_text()
+    assert run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out").exit_code == 0
+    fitted = json.loads((tmp_path / "out/parameters.json").read_text())["parameters"]
+    assert fitted["cell.scale"]["value"] == pytest.approx(scale, rel=2 / 2**bits)
+
+
+def test_a_load_shows_that_no_sign_was_lost(tmp_path: Path) -> None:
+    """Three small weights and two large ones reach both ends of a converter, too."""
+    kg = [0.0, 0.4, 0.8, 9.0, 9.4]
+    rows = [f"{k},{round(200 + k * 1.7e6)}" for k in kg for _ in range(3)]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(["load_kg,raw", *rows]))
+    (reading,) = guess_file(log).of("reading")
+    assert reading.wraps_at is None

@@ -18,7 +18,7 @@ from footcal_cli.core.parameters import FloatArray, Parameter
 from footcal_cli.core.quality import Finding
 from footcal_cli.recipe.options import DiagnoseOptions
 from footcal_cli.records.effects import effect_of
-from footcal_cli.records.results import ParametersRecord
+from footcal_cli.records.results import ParameterRecord, ParametersRecord
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
@@ -41,15 +41,15 @@ class CaseRead:
         Effect -> reason why these logs cannot test it.
     instead
         Effects in the units of these logs, by the name of the table's.
-    extends
-        Whether the calibration with the named effects in it is of the channels of the logs.
+    before
+        Parameters that stand before the case's channels in the calibration: a sensor's matrix.
     """
 
     case: Case
     findings: list[Finding]
     untested: dict[str, str]
     instead: Mapping[str, Effect] = field(default_factory=dict)
-    extends: bool = True
+    before: Mapping[str, ParameterRecord] = field(default_factory=dict)
 
     def testable(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
         """The effects that these logs can test."""

@@ -17,7 +17,7 @@ from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.weights import EXPERIMENT
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
+from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet, Status
 from footcal_cli.intake.bench import RowsTogether, rows_together
 from footcal_cli.intake.cases.shared import (
     CaseRead,
@@ -29,7 +29,7 @@ from footcal_cli.intake.cases.shared import (
 from footcal_cli.recipe.options import DiagnoseOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.records.results import ParametersRecord
+    from footcal_cli.records.results import ParameterRecord, ParametersRecord
     from footcal_cli.session.session import Session
 
 _SENSOR = "sensor"
@@ -73,7 +73,8 @@ def read_together(session: Session[DiagnoseOptions]) -> CaseRead | None:
     untested = needs_time(EXPERIMENT, "the rows have no time stamps")
     if not known_wrench and not any("_" in channel for channel in rows.channels):
         untested |= dict.fromkeys(having(Trait.MIXTURE, experiment=EXPERIMENT.name), _NO_FOOT)
-    return CaseRead(case, [], untested, extends=not known_wrench)
+    before = _matrix_record(*_matrix(session.parameters, rows), rows) if known_wrench else {}
+    return CaseRead(case, [], untested, before=before)
 
 
 def _of_cells(
@@ -100,17 +101,22 @@ def _of_axes(
     matrix, bias = _matrix(session.parameters, rows)
     channels = tuple(f"{_SENSOR}.{axis}" for axis in rows.outputs)
     readings = (rows.readings @ matrix.T + bias)[order]
+    record = baseline_of(session)
+    if record is not None:  # of its effects those of the axes; what the bridges do is in the matrix
+        own = tuple(e for e in record.effects if set(channels) >= {*sum(e.owners.values(), ())})
+        record = record.model_copy(update={"effects": own})
+    chain, known = chain_of(record, channels, EXPERIMENT.calibration)
     parameters = []
     for channel, unit in zip(channels, rows.units, strict=True):
-        parameters.append(Parameter(f"{channel}.scale", "1", 1.0, scale=0.02))
-        parameters.append(Parameter(f"{channel}.bias", unit, 0.0, scale=0.3))
-    chain, _ = chain_of(None, channels, EXPERIMENT.calibration)
+        scale, zero = (known.get(f"{channel}.{p}", v) for p, v in (("scale", 1.0), ("bias", 0.0)))
+        parameters.append(Parameter(f"{channel}.scale", "1", scale, scale=0.02))
+        parameters.append(Parameter(f"{channel}.bias", unit, zero, scale=0.3))
     groups = {axis: "force" if unit == "N" else "torque"
               for axis, unit in zip(rows.outputs, rows.units, strict=True)}  # fmt: skip
     return Case(
         experiment=EXPERIMENT,
         logs=(_log(channels, readings, {"wrench": rows.loads[order]}, block),),
-        chain=chain, values={p.name: p.value for p in parameters},
+        chain=chain, values={**known, **{p.name: p.value for p in parameters}},
         calibration=ParameterSet(tuple(parameters)),
         tolerance_n=1.0, tolerance_nm=1.0, alike=False, groups=groups,
     )  # fmt: skip
@@ -133,6 +139,23 @@ def _matrix(record: ParametersRecord | None, rows: RowsTogether) -> tuple[FloatA
         rows.channels, rows.readings, rows.outputs, rows.loads, rows.session, rows.case, rows.units
     ).chosen
     return fit.matrix, fit.bias
+
+
+def _matrix_record(
+    matrix: FloatArray, bias: FloatArray, rows: RowsTogether
+) -> dict[str, ParameterRecord]:
+    """What stands before the axes in the calibration that a diagnosis leaves: matrix and bias."""
+    from footcal_cli.records.results import ParameterRecord
+
+    found = {}
+    for axis, unit, row, zero in zip(rows.outputs, rows.units, matrix, bias, strict=True):
+        named = {f"{axis}.scale_from_{c}": (v, f"{unit}/count")
+                 for c, v in zip(rows.channels, row, strict=True)}  # fmt: skip
+        for name, (value, its) in {**named, f"{axis}.bias": (zero, unit)}.items():
+            found[name] = ParameterRecord(
+                value=float(value), sd=None, unit=its, status=Status.ESTIMATED
+            )
+    return found
 
 
 def _without_matrix(record: ParametersRecord | None) -> ParametersRecord | None:
