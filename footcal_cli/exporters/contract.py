@@ -240,5 +240,9 @@ def only(names: Mapping[str, str], target: str) -> tuple[str, str]:
 
 
 def number(value: float) -> str:
-    """A number that reads back as the same double, always with a point or an exponent."""
-    return repr(float(value))
+    """A number that reads back as the same double, always with a point.
+
+    Without one (``1e-05``) it is a text to YAML 1.1, which rosparam and ROS 2's launch files read.
+    """
+    mantissa, letter, exponent = repr(float(value)).partition("e")
+    return mantissa + ("" if "." in mantissa or not letter else ".0") + letter + exponent

@@ -13,9 +13,11 @@ from footcal_cli.core.spatial import rpy_of_rotation
 from footcal_cli.errors import UsageError
 from footcal_cli.exporters.contract import MOUNTING, Calibration, Exported, head, number
 
+_BODY = "base_link"
+
 
 def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
-    """A fixed joint per transducer, child of ``base_link``.
+    """A robot of `base_link` and, on a fixed joint each, the transducers.
 
     Raises
     ------
@@ -35,10 +37,17 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     comments = head(
         calibration,
         names,
-        ["Transducer frames in the body: m, and rad about fixed axes (roll, pitch, yaw)."],
+        [
+            "Transducer frames in the body: m, and rad about fixed axes (roll, pitch, yaw). Take the",
+            "joints into the robot's own description.",
+        ],
         warnings,
     )
-    lines = ["<robot>", *(f"  <!-- {line.replace('--', '- -')} -->" for line in comments)]
+    lines = [
+        f"<robot name={quoteattr(calibration.record.robot)}>",
+        *(f"  <!-- {line.replace('--', '- -')} -->" for line in comments),
+        f'  <link name="{_BODY}"/>',
+    ]
     for name, theirs in names.items():
         place, turn = calibration.place(name), calibration.turn(name)
         xyz = place.position_m + place.rotation @ calibration.shift_m(name)
@@ -47,9 +56,10 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
             "xyz": " ".join(number(x) for x in xyz), "rpy": " ".join(number(x) for x in rpy)
         }  # fmt: skip
         lines += [
+            f"  <link name={quoteattr(theirs)}/>",
             f'  <joint name={quoteattr(f"{theirs}_ft_joint")} type="fixed">',
             f'    <origin xyz="{shown["xyz"]}" rpy="{shown["rpy"]}"/>',
-            '    <parent link="base_link"/>',
+            f'    <parent link="{_BODY}"/>',
             f"    <child link={quoteattr(theirs)}/>",
             "  </joint>",
         ]

@@ -15,6 +15,7 @@ from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.exporters.contract import number
 from footcal_cli.records.files import write_record
 from footcal_cli.records.results import EffectRecord, ParameterRecord, ParametersRecord
 from tests.conftest import Run
@@ -203,6 +204,26 @@ def test_urdf_places_the_transducer_where_it_really_sits(tmp_path: Path, run: Ru
     assert origin is not None
     assert [float(x) for x in origin.attrib["xyz"].split()] == pytest.approx([0.32, 0.0, 0.1])
     assert [float(x) for x in origin.attrib["rpy"].split()] == pytest.approx([0.0, 0.0, QUARTER])
+
+
+def test_a_reader_of_urdf_finds_the_transducer(tmp_path: Path, run: Run) -> None:
+    """A description without a name or links is none: no reader takes it."""
+    pinocchio = pytest.importorskip("pinocchio")
+    run("export", write(tmp_path, transducer(mounted=True)), "--to", "urdf",
+        "--recipe", recipe(tmp_path), "--out", tmp_path / "ft.urdf")  # fmt: skip
+    model = pinocchio.buildModelFromUrdf(str(tmp_path / "ft.urdf"))
+    assert model.name == "rig"
+    placed = model.frames[model.getFrameId("ft")].placement
+    np.testing.assert_allclose(placed.translation, [0.32, 0.0, 0.1], atol=1e-12)
+    turned = Rotation.from_euler("z", QUARTER).as_matrix()
+    np.testing.assert_allclose(placed.rotation, turned, atol=1e-12)
+
+
+@pytest.mark.parametrize("value", [1e-5, -2e-7, 3e20, 1e16, 0.0, 1.25e-6, -4.0])
+def test_a_number_is_one_to_readers_of_yaml(value: float) -> None:
+    """YAML 1.1 takes `1e-05` for a text; rosparam then gives the node a string."""
+    assert yaml.safe_load(f"bias: [{number(value)}]") == {"bias": [value]}
+    assert json.loads(number(value)) == value
 
 
 def test_a_mounting_that_was_not_calibrated_is_no_urdf(tmp_path: Path, run: Run) -> None:
