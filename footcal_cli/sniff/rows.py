@@ -9,7 +9,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.tokens import NOTHING, Decimal, is_moment, is_number, number_signs, worth
+from footcal_cli.sniff.tokens import (
+    NOTHING,
+    Decimal,
+    is_moment,
+    is_number,
+    number_signs,
+    with_unit,
+    worth,
+)
 from footcal_cli.tables.drawn import is_rule, undrawn
 from footcal_cli.tables.reading import BLANKS
 
@@ -85,7 +93,8 @@ class Body:
 
     `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
     `sparse` where many rows lack half of them, as topics do that take turns; `whole` where no field
-    looks like two that ran together; `counted` where the first field numbers the rows.
+    looks like two that ran together; `counted` where the first field numbers the rows; `spoken`
+    where all numbers have their unit behind them.
     """
 
     separator: str
@@ -99,6 +108,7 @@ class Body:
     sparse: bool
     whole: bool
     counted: bool
+    spoken: bool
 
     @classmethod
     def of(cls, lines: list[str], separator: str) -> Body:
@@ -124,6 +134,12 @@ class Body:
             if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
             and any(is_number(row[i], *signs) for row in rows)
         )  # fmt: skip
+        with_units = tuple(
+            i for i in range(width)
+            if sum(with_unit(row[i]) is not None for row in rows) > 0.8 * len(rows)
+        )  # fmt: skip
+        spoken = bool(with_units) and not numeric
+        numeric = numeric or with_units
         moments = sum(
             sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
         )
@@ -133,7 +149,7 @@ class Body:
         whole = min(min(own) for own in worths) >= 0.0
         return cls(
             separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse, whole,
-            _counts([row[0].strip('"').rstrip(".") for row in rows]),
+            _counts([row[0].strip('"').rstrip(".") for row in rows]), spoken,
         )  # fmt: skip
 
     def begins_at(self, lines: list[str]) -> int:
@@ -159,7 +175,10 @@ class Body:
             return False
         if not self.numeric:
             return any(is_moment(field) for field in fields)
-        good = [is_number(fields[i], self.decimal, self.thousands) for i in self.numeric]
+        good = [
+            with_unit(fields[i]) is not None if self.spoken
+            else is_number(fields[i], self.decimal, self.thousands) for i in self.numeric
+        ]  # fmt: skip
         if whole:
             nothing = [fields[i].lower() in NOTHING for i in self.numeric]
             return any(good) and all(a or b for a, b in zip(good, nothing, strict=True))

@@ -17,7 +17,7 @@ _DATE = re.compile(
     r"(?: ?(?:Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
 )
 _TIME = re.compile(_TIME_OF_DAY)
-_WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,5})")
+_WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,6})")
 _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
 PLUS_MINUS = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?")
 """A mean with its scatter."""

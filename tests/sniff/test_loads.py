@@ -163,3 +163,14 @@ def test_a_load_shows_that_no_sign_was_lost(tmp_path: Path) -> None:
     log.write_text("\n".join(["load_kg,raw", *rows]))
     (reading,) = guess_file(log).of("reading")
     assert reading.wraps_at is None
+
+
+def test_a_table_whose_numbers_all_have_their_unit_behind_them(run: Run, tmp_path: Path) -> None:
+    grams = [0, 500, 1000, 2000, 500, 0]
+    rows = [f"{g} g;{round((g * 9.80665e-3 - BIAS) / SCALE)} counts" for g in grams]
+    log, out = tmp_path / "typed.csv", tmp_path / "out"
+    log.write_text("\n".join(["weight;display", *rows]) + "\n")
+    assert run("init", log, "-o", tmp_path / "my.toml").exit_code == 0
+    assert run("offline-fit", "--recipe", tmp_path / "my.toml", "--out", out).exit_code == 0
+    fitted = json.loads((out / "parameters.json").read_text())["parameters"]
+    assert fitted["cell.scale"]["value"] == pytest.approx(SCALE, rel=1e-5)
