@@ -32,6 +32,7 @@ def static_init(session: Session[StaticInitOptions]) -> Outcome:
 
 def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recording]) -> Outcome:
     from dataclasses import replace
+    from pathlib import Path
 
     import numpy as np
 
@@ -40,6 +41,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
     from footcal_cli.core.plausibility import check_gains
     from footcal_cli.core.stances import stance_rows
     from footcal_cli.core.static_init import fit_static, stance_errors
+    from footcal_cli.errors import DataError
     from footcal_cli.intake.stances import all_stances, next_menu
     from footcal_cli.session.calibration import feet_calibration
     from footcal_cli.sheets.stand_on_cells import outcome_of
@@ -58,12 +60,18 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
                 com_sd_m=options.com_sd_m,
             ),
         )  # fmt: skip
-        fit = fit_static(rows, belief)
         weight_n = robot.weight_n or 1.0
+        total = np.array([name == "fz" for name in rows.output])
+        if not total.any():
+            raise DataError(
+                "no foot is on the ground in any stance: nothing carries the weight of "
+                f"{weight_n:.0f} N", file=Path(recordings[0].name),
+                remedy="record the robot standing, or correct mass_kg and the units of the cells",
+            )  # fmt: skip
+        fit = fit_static(rows, belief)
         errors = stance_errors(rows, belief, weight_n)
         curve = stance_curve(rows, belief, weight_n)
         menu = next_menu(recordings, quiet, rows, weight_n)
-        total = np.array([name == "fz" for name in rows.output])
         weighed = weighed_standing(
             rows.h[total], rows.error[total], rows.sd[total],
             rows.prior_correlation, weight_n, robot.mass_kg or 1.0,

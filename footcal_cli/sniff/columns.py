@@ -176,6 +176,10 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
 def _signs_by_load(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Readings whose lost sign a known load beside them shows, or shows never to have been lost."""
     loads = [c for c in columns if c.quantity == "load" and c.values is not None]
+    loads = loads or [
+        c for c in columns
+        if c.quantity == "force" and c.name.axis in ("", "fz") and c.values is not None
+    ]  # fmt: skip
     if len(loads) != 1:
         return columns
     load = numbers_of(loads[0])

@@ -101,6 +101,8 @@ _NOT_OF_CELLS = {
     "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
     "velocity", "emg", "ecg",
 }  # fmt: skip
+_JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
+"""What is driven: its torque is that of a motor, which no cell under a foot feels."""
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
@@ -325,7 +327,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
     }) or (stem.lower() in ("x", "y") and unit in ("m", "mm", "cm", None)):  # fmt: skip
         return "hole", last, {last}
-    if set(words) & _NOT_OF_CELLS:
+    if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)
 

@@ -23,6 +23,8 @@ _SHARE = 0.3
 _DIFFERENT = 3
 """Different readings beside it, so that it is no load among few."""
 _WORDS = 3
+_LEVELS = 20
+"""Different numbers of a signal in which -1 would not be the only negative one."""
 _ERROR = re.compile(r"#[A-Z/0!?]+")
 _A_NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?")
 
@@ -38,6 +40,8 @@ def no_reading(values: FloatArray) -> tuple[str, ...]:
         Of a column, shape (n,).
     """
     good = values[np.isfinite(values)]
+    if _is_lost(good):
+        return ("-1",)
     nines = [v for v in np.unique(good).tolist() if _NINES.fullmatch(f"{v:.10g}")]
     others = good[~np.isin(good, nines)]
     if not nines or others.size < (1 - _SHARE) * good.size or np.unique(others).size < _DIFFERENT:
@@ -45,6 +49,19 @@ def no_reading(values: FloatArray) -> tuple[str, ...]:
     low, high = float(others.min()), float(others.max())
     far = [v for v in nines if max(low - v, v - high) > _APART * (high - low)]
     return tuple(f"{v:.10g}" for v in far)
+
+
+def _is_lost(good: FloatArray) -> bool:
+    """Whether -1 is what a driver gives for a lost packet: again and again, and nothing else < 0.
+
+    Next to counts of a converter it lies farther off than these move.
+    """
+    others = good[good != -1.0]
+    lost = good.size - others.size
+    if lost < _WORDS or lost > _SHARE * good.size or np.unique(others).size < _LEVELS:
+        return False
+    whole = bool(np.all(others == np.round(others)))
+    return float(others.min()) >= (_APART * float(np.ptp(others)) if whole else 0.0)
 
 
 def words_for_nothing(words: Sequence[str], *, any_word: bool) -> tuple[str, ...]:

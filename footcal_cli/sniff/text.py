@@ -48,6 +48,7 @@ _FRAME = re.compile(r"\b\w*can\d*\s+[0-9A-Fa-f]{3,8}(?:#|\s+\[\d\])|^[tTrR][0-9A
 """A frame of a bus as candump or a serial adapter (slcan) writes it."""
 _FACTOR = re.compile(r"\s*1\.0e[+-]\d+\s*\*\s*")
 _COMPOUND = re.compile(r"\d+\s*(?:lbs?|st|kg)\.?\s+\d+(?:\.\d+)?\s*(?:oz|lbs?|g)\b")
+_FRACTION = re.compile(r"(?<![\d/.-])(?:\d+/\d+|\d*\s?[½¼¾⅓⅔⅛⅜⅝⅞])\s*(?:lbs?|oz|kg|g)\b")
 _ABOVE = 40
 _CALLED = {
     ",": "commas",
@@ -120,6 +121,12 @@ def guess_text(path: Path) -> TextGuess:
             f"'{mixed[-1]}': two units in one value", file=path,
             remedy="write it as one number in one unit, named in the column (0.5 lb for 0 lb 8 oz)",
             example=("load_kg,counts", "0,8212638", "0.2268,8141214"),
+        )  # fmt: skip
+    if parts := [part[0] for line in rows if (part := _FRACTION.search(line))]:
+        raise DataError(
+            f"'{parts[-1]}': a fraction is no number here", file=path,
+            remedy="write it with decimals (1.25 lb for 1 1/4 lb)",
+            example=("load_lb,counts", "0,8212638", "1.25,8141214"),
         )  # fmt: skip
     factor = next((line.strip() for line in lines[:_ABOVE] if _FACTOR.fullmatch(line)), "")
     if factor:

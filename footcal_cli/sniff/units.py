@@ -19,6 +19,7 @@ _ALSO = {
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
     "lsb": "count", "raw": "count", "adc": "count", "cnt": "count", "cts": "count",
     "digits": "count", "counts": "count", "count": "count", "pounds": "lb", "pound": "lb",
+    "kp": "kgf", "kilopond": "kgf",
     "ounces": "oz", "ounce": "oz", "stones": "stone", "stone": "stone",
     "lbf-in": "lbf*in",
     "lbf*in": "lbf*in", "lb-in": "lbf*in", "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",

@@ -82,6 +82,15 @@ def test_one_row_with_two_units_in_one_value_is_refused(run: Run, tmp_path: Path
     assert "'1 lb 8 oz': two units in one value" in answer.err
 
 
+def test_a_fraction_is_refused(run: Run, tmp_path: Path) -> None:
+    """Of `1/2 lb` the 2 was read."""
+    log = tmp_path / "log.csv"
+    log.write_text("load,counts\n0 lb,100\n1/2 lb,150\n1 lb,200\n2 lb,300\n3 lb,400\n")
+    answer = run("init", log)
+    assert answer.exit_code == 3
+    assert "'1/2 lb': a fraction is no number here" in answer.err
+
+
 def straight(newtons: Sequence[float]) -> list[int]:
     return [round((n - BIAS) / SCALE) for n in newtons]
 

@@ -14,6 +14,7 @@ from footcal_cli.sniff.encodings import encoding_of
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.header import with_units_said
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.silent import no_reading
 from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.texts import numbers_as_labels
 from footcal_cli.sniff.tokens import IN_WORDS
@@ -231,3 +232,17 @@ def test_the_name_of_an_index_and_groups_above_statistics(tmp_path: Path) -> Non
 )  # fmt: skip
 def test_encodings_by_their_words(text: str, encoding: str) -> None:
     assert encoding_of(text.encode(encoding)) == encoding
+
+
+def test_minus_one_among_forces_is_a_lost_packet() -> None:
+    rng = np.random.default_rng(1)
+    force = np.round(rng.uniform(80.0, 90.0, 200), 2)
+    force[[3, 50, 51, 52]] = -1.0
+    assert no_reading(force) == ("-1",)
+    counts = np.round(force * 1e5)
+    counts[force < 0] = -1.0
+    assert no_reading(counts) == ("-1",)
+    around_zero = np.round(rng.normal(0.0, 1.5, 500))
+    assert no_reading(around_zero) == ()
+    assert no_reading(np.maximum(around_zero, -1.0)) == ()
+    assert no_reading(np.repeat([-1.0, 0.0, 1.0, 2.0, 5.0], 4)) == ()

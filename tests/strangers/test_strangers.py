@@ -10,6 +10,7 @@ from tests.conftest import Run
 from tests.strangers import (
     eighth,
     eleventh,
+    fifteenth,
     fifth,
     fourteenth_bench,
     fourteenth_robots,
@@ -90,12 +91,14 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "twelfth",
         "thirteenth",
         "fourteenth",
+        "fifteenth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
         "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
         "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
+        "fifteenth": fifteenth.FIFTEENTH,
         "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
         "sixth": (
             *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS

@@ -283,6 +283,8 @@ def _bow(load_n: FloatArray, counts: FloatArray) -> float:
         return 0.0
     means = np.array([counts[load_n == level].mean() for level in levels])
     u = (levels - levels[0]) / (levels[-1] - levels[0])
+    if means[-1] == means[0]:
+        return 0.0  # of a reading that ends where it began there is no chord to bow from
     v = (means - means[0]) / (means[-1] - means[0])
     return float(-np.polyfit(u, v, 2)[0] / 4.0)
 
