@@ -43,7 +43,7 @@ def simulate(session: Session[SimulateOptions]) -> Outcome:
 
     robot = robot_of(session, options.experiment)
     requests = [parse_effect(text, session.table) for text in options.effects]
-    plans = plans_of(options, session.request.seed)
+    plans = plans_of(session)
     motion = motion_of(session, robot)
     with session.step("simulate"):
         scenario = simulated(

@@ -50,6 +50,8 @@ CUTOFF_HZ = 10.0
 _FILTER_ORDER = 2
 GAP_PERIODS = 3.5
 """An interval this many times the median one is long, and a gap where its time stays lost."""
+CUT_STEPS = 3.0
+"""A file that begins within so many sample periods after another one's end goes on with it."""
 _AROUND_GAP = 20
 _LOST_SHARE, _LEAST_LOST = 0.5, 1.5
 _ON_STAMP = 1e-9
@@ -116,6 +118,20 @@ def check_clock(time_s: FloatArray) -> Clock:
         longest_gap_s=float(long.max() if long.size else interval.max(initial=0.0)),
         missing=int(np.sum(np.round(long / period) - 1)) if long.size else 0,
     )
+
+
+def goes_on(before_s: FloatArray, after_s: FloatArray) -> bool:
+    """Whether one recording goes on with another: its next sample is the other one's first.
+
+    Parameters
+    ----------
+    before_s, after_s
+        Stamps of both, s.
+    """
+    if before_s.size < 2 or not after_s.size:
+        return False
+    step_s = float(np.median(np.abs(np.diff(before_s))))
+    return 0.0 < float(after_s.min() - before_s.max()) <= CUT_STEPS * step_s
 
 
 def gaps_of(time_s: FloatArray) -> IntArray:

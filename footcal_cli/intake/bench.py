@@ -19,6 +19,7 @@ from footcal_cli.core.experiments.weights import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.readings import find_end_codes
+from footcal_cli.core.signals import goes_on
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions, PlateauSettings
@@ -36,9 +37,6 @@ if TYPE_CHECKING:
 
 FRAMES_OF_A_POINT = 50
 """With more rows than this per point they are frames of a recording, condensed to medians."""
-
-_CUT_STEPS = 3.0
-"""A file that begins within so many sample periods after another one's end goes on with it."""
 
 
 @dataclass(frozen=True)
@@ -161,11 +159,11 @@ def _continued(tables: Sequence[Table], session: IntArray) -> IntArray:
         time_s = table.number("time_s")
         own = np.unique(session[end - len(table) : end])
         if time_s.size > 1 and own.size == 1:
-            step_s = float(np.median(np.abs(np.diff(time_s))))
-            spans.append((float(time_s.min()), float(time_s.max()), step_s, int(own[0])))
+            spans.append((float(time_s.min()), int(own[0]), time_s))
     joined = session.copy()
-    for (_, before_s, step_s, earlier), (after_s, _, _, later) in pairwise(sorted(spans)):
-        if 0.0 < after_s - before_s <= _CUT_STEPS * step_s:
+    in_order = sorted(spans, key=lambda span: span[:2])
+    for (_, earlier, before_s), (_, later, after_s) in pairwise(in_order):
+        if goes_on(before_s, after_s):
             joined[session == later] = joined[session == earlier][0]
     return joined
 

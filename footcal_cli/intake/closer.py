@@ -41,11 +41,13 @@ def _weights(table: Table) -> list[Finding]:
     channel, load = table.text("channel"), table.number("load_n")
     label = table.text("session") if "session" in table else np.full(len(table), "")
     part = np.unique(label, return_inverse=True)[1].astype(float)
-    found: list[Finding] = []
-    for name in dict.fromkeys(channel):
-        mine = channel == name
-        found += loads.check_line(name, load[mine], table.number("counts")[mine], part[mine])
-    return found
+    counts = table.number("counts")
+    cells = {
+        name: (load[channel == name], counts[channel == name], part[channel == name])
+        for name in dict.fromkeys(channel)
+    }
+    found = [one for name, rows in cells.items() for one in loads.check_line(name, *rows)]
+    return found + loads.check_exchanged(cells)
 
 
 def _placements(table: Table, robot: Robot) -> list[Finding]:

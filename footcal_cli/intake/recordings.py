@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,7 @@ from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, Senso
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import goes_on
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
@@ -238,7 +239,25 @@ def _pairs(
         )
     kept = [i for i, table in enumerate(in_order) if table is not None]
     sensors = [table for table in in_order if table is not None]
-    return sensors, [bodies[i] for i in kept] if bodies else []
+    return _gone_on(sensors, [bodies[i] for i in kept] if bodies else [])
+
+
+def _gone_on(sensors: Sequence[Table], bodies: Sequence[Table]) -> tuple[list[Table], list[Table]]:
+    """Logs that a logger cut into files, each with its body stream, as one."""
+    whole: tuple[list[Table], list[Table]] = ([], [])
+    for i, table in enumerate(sensors):
+        own = (table, *(bodies[i : i + 1]))
+        last = [done[-1] for done in whole if done]
+        cut = i > 0 and len(last) == len(own) and all(
+            goes_on(a.number("time_s"), b.number("time_s")) and list(a.data) == list(b.data)
+            for a, b in zip(last, own, strict=True)
+        )  # fmt: skip
+        for done, new in zip(whole, own, strict=False):
+            if cut:
+                done[-1] = done[-1].followed_by(new)
+            else:
+                done.append(new)
+    return whole
 
 
 def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:

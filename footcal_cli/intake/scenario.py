@@ -109,8 +109,10 @@ def robot_of(session: Session[SimulateOptions], experiment: str) -> Biped | Hexa
     )
 
 
-def plans_of(options: SimulateOptions, seed: int) -> Plans:
-    """How the experiments go."""
+def plans_of(session: Session[SimulateOptions]) -> Plans:
+    """How the experiments go; a hanging's orientations mean what ``[hang_calib]`` says."""
+    options = session.options
+    hanging = session.recipe.options.get("hang_calib", {})
     return Plans(
         weights=WeightsPlan(sessions=options.sessions),
         placements=PlacementsPlan(repeats=options.repeats),
@@ -119,9 +121,12 @@ def plans_of(options: SimulateOptions, seed: int) -> Plans:
             duration_s=options.duration_s,
             speed_mps=options.speed_mps,
             turn_radps=options.turn_radps,
-            variation_seed=seed,
+            variation_seed=session.request.seed,
         ),
-        hang=HangPlan(cycles=options.cycles),
+        hang=HangPlan(
+            cycles=options.cycles,
+            orientation_of=hanging.get("orientation_of", "transducer"),
+        ),
         pose=PosePlan(poses=options.poses, tripods=options.tripods),
     ).with_noise(options.noise)
 

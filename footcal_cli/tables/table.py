@@ -90,6 +90,12 @@ class Table:
     def __contains__(self, name: object) -> bool:
         return name in self.data.columns
 
+    def followed_by(self, other: Table) -> Table:
+        """These rows and then those of a file that goes on with them."""
+        import pandas as pd
+
+        return replace(self, data=pd.concat([self.data, other.data], ignore_index=True))
+
     def number(self, name: str) -> FloatArray:
         """One column as float64, shape (n,)."""
         return self.data[name].to_numpy(dtype=np.float64)

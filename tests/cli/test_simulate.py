@@ -194,3 +194,40 @@ def test_effects_lists_every_row_and_explains_each(run: Run) -> None:
     assert "\ndelay " in walk.out
     assert "\nleg_com " not in walk.out
     assert run("effects", "histeresis").exit_code == 2
+
+
+def test_hangings_are_named_after_the_axes_that_the_recipe_names(run: Run, tmp_path: Path) -> None:
+    """Legs turned by 60 and 180 degrees; `hang-calib` finds their offsets."""
+    legs = "\n".join(
+        f"[robot.legs.{name}]\nposition_m = [{x}, {y}, 0.0]\nrotation_rpy_rad = [0.0, 0.0, {yaw}]"
+        for name, x, y, yaw in (
+            ("fl", 0.2, 0.1, 1.0472), ("fr", 0.2, -0.1, -1.0472), ("hl", -0.2, 0.0, 3.1416)
+        )
+    )  # fmt: skip
+    recipe = tmp_path / "turned.toml"
+    recipe.write_text(
+        f'[robot]\nname = "turned"\nmass_kg = 8.0\n{legs}\n[hang_calib]\norientation_of = "body"\n'
+        '[simulate]\nexperiment = "hang"\ncycles = 2\nhang_tilt_sd_rad = 0.0\n'
+        "mount_rotation_sd_rad = 0.0\n",
+        encoding="utf-8",
+    )
+    made = run("simulate", "--recipe", recipe, "--out", tmp_path / "sim", "--quiet")
+    assert made.exit_code == 0, made.err
+    truth = read_record(TruthRecord, tmp_path / "sim/truth.json")
+    hung = pd.read_parquet(tmp_path / "sim/hang.parquet")
+    force = hung[["fx_n", "fy_n", "fz_n"]].to_numpy()
+    for name, yaw in (("fl", np.pi / 3), ("hl", np.pi)):
+        offset = [truth.parameters[f"{name}.offset_f{axis}"] for axis in "xyz"]
+        mine = ((hung["leg"] == name) & (hung["orientation"] == "+x")).to_numpy()
+        carried = (force[mine] - offset).mean(axis=0)
+        along = np.array([np.cos(yaw), -np.sin(yaw), 0.0])
+        np.testing.assert_allclose(carried / np.linalg.norm(carried), along, atol=5e-3)
+    found = run(
+        "hang-calib", tmp_path / "sim/hang.parquet", "--recipe", recipe,
+        "--out", tmp_path / "fit", "--quiet",
+    )  # fmt: skip
+    assert found.exit_code == 0, found.err
+    fitted = json.loads((tmp_path / "fit/parameters.json").read_text())["parameters"]
+    for name, true in truth.parameters.items():
+        if ".offset_" in name:
+            assert abs(fitted[name]["value"] - true) < 5.0 * fitted[name]["sd"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from footcal_cli.core.chain import Chain, link
@@ -117,3 +118,27 @@ def test_effects_of_a_calibration_are_undone_before_a_stand_is_judged(
         }
     assert errors["extended"]["cop_x"] < 0.8 * errors["belief"]["cop_x"]
     assert errors["extended"]["vgrf"] < 0.8 * errors["belief"]["vgrf"]
+
+
+def test_a_recording_that_the_logger_cut_into_files_is_one(run: Run, tmp_path: Path) -> None:
+    """Cut within a stance, which would be two short ones."""
+    made = make_standing(16, 3, replace=True, lift=True)
+    recipe, belief = write_stand(tmp_path, made, OPTIONS), write_belief(tmp_path, made)
+    logs = sorted(path for path in tmp_path.iterdir() if path.suffix in (".parquet", ".csv"))
+    parts: dict[str, list[Path]] = {}
+    for path in logs:
+        log = pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
+        early = log["time_s"] < log["time_s"].quantile(0.46)
+        for i, piece in enumerate((log[early], log[~early])):
+            parts.setdefault(path.stem, []).append(tmp_path / f"{path.stem}_{i}.parquet")
+            piece.to_parquet(parts[path.stem][-1])
+    found = []
+    for name, given in (("whole", logs), ("cut", [p for both in parts.values() for p in both])):
+        out = tmp_path / name
+        answer = run("static-init", *given, "--recipe", recipe, "--parameters", belief,
+                     "--out", out)  # fmt: skip
+        assert answer.exit_code == 0, answer.err
+        record = read_record(ParametersRecord, out / "parameters.json")
+        found.append([x for p in record.parameters.values() for x in (p.value, p.sd)])
+    assert found[1] == pytest.approx(found[0])
+    assert "16 stances" in answer.out.replace("\n", " ")

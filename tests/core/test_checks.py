@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from footcal_cli.core.checks.holes import check_holes
 from footcal_cli.core.checks.legs import check_poses
+from footcal_cli.core.checks.loads import check_exchanged
 from footcal_cli.core.checks.streams import check_feet_together, check_hum
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding, check_stream
 from footcal_cli.core.readings import check_glitches, resolution_of
 
@@ -90,3 +93,58 @@ def test_a_coarse_converter_rests_between_two_steps() -> None:
     assert ("stuck_channel", "fy") in {(f.code, f.where) for f in check_stream(None, fine, names)}
     force[1400, 1] = 6.0
     assert codes(check_glitches(force[:, 1], order, "fy", step)) == {"outliers"}
+
+
+def _on_holes(rng: np.random.Generator) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """18 placements of five weights on four cells under a rigid plate, a little curved."""
+    own = np.repeat(np.arange(18), 5)
+    hole = rng.uniform(-0.05, 0.05, (18, 2))[own]
+    load = np.tile([5.0, 10.0, 15.0, 20.0, 30.0], 18)
+    cell = np.array([[0.06, 0.04], [0.06, -0.04], [-0.05, 0.04], [-0.05, -0.04]])
+    share = 0.25 + hole @ np.linalg.pinv(cell) @ (np.eye(4) - 0.25)
+    force = load[:, None] * share
+    counts = (force + 0.002 * force**2) / 3e-5 + rng.normal(0.0, 300.0, force.shape)
+    return own, counts, hole, load
+
+
+def test_two_holes_written_for_each_other_are_named_and_no_others() -> None:
+    cell = np.array([[0.06, 0.04], [0.06, -0.04], [-0.05, 0.04], [-0.05, -0.04]])
+    names = tuple(f"hole {i}" for i in range(18))
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        own, counts, hole, load = _on_holes(rng)
+        said = check_holes("left", names, own, counts, hole, load, cell)
+        assert "holes_exchanged" not in {f.code for f in said}
+        one, other = rng.choice(18, 2, replace=False)
+        given = hole.copy()
+        given[own == one], given[own == other] = hole[own == other], hole[own == one]
+        (found,) = [
+            f for f in check_holes("left", names, own, counts, given, load, cell)
+            if f.code == "holes_exchanged"
+        ]  # fmt: skip
+        where = set(found.where.removeprefix("left ").split(", "))
+        assert where == {f"hole {one}", f"hole {other}"}
+
+
+def test_readings_of_one_load_under_each_others_names_are_named() -> None:
+    rng = np.random.default_rng(3)
+    loads = np.tile([0.0, 1, 2, 5, 10, 20, 30, 20, 10, 5, 2, 1, 0], 3)
+    part = np.repeat([0.0, 1, 2], 13)
+    wrong = 0
+    for _ in range(100):
+        zero, scale = 8.3e6 + rng.normal(0, 3e3, 8), 3.4e-5 * (1 + rng.normal(0, 0.01, 8))
+        read = {
+            f"cell {i}": loads / scale[i] + zero[i] + rng.normal(0, 60.0, loads.size)
+            for i in range(8)
+        }
+        cells = {name: (loads, counts, part) for name, counts in read.items()}
+        wrong += bool(check_exchanged(cells))
+        at = (loads == 20.0) & (part == 1.0)
+        one, other = read["cell 2"].copy(), read["cell 5"].copy()
+        one[at], other[at] = read["cell 5"][at], read["cell 2"][at]
+        cells |= {"cell 2": (loads, one, part), "cell 5": (loads, other, part)}
+        apart = abs(20.0 / scale[2] + zero[2] - 20.0 / scale[5] - zero[5])
+        if apart > 3000.0:
+            (found,) = check_exchanged(cells)
+            assert found.where == "cell 2, cell 5"
+    assert wrong == 0

@@ -214,7 +214,7 @@ def test_a_bent_curve_is_named_without_its_look_alikes(found_bent: Investigation
     assert compared[nearest].excess.value > 0.0
     told = next_best(found)
     assert told is not None
-    assert told.startswith(f"The next best name, {nearest.replace('_', ' ')}, ")
+    assert told.startswith(f"The next best cause, {nearest.replace('_', ' ')}, ")
 
 
 def test_the_excess_of_an_error_and_its_interval() -> None:

@@ -221,3 +221,12 @@ def test_a_track_with_jumps_is_not_smoothed_across_its_corrections() -> None:
     assert step == pytest.approx(3.0, abs=0.3)
     # the smoother knows of the jump before the first row that shows it
     assert np.abs(np.diff(smoothed.values[140:160, 2])).argmax() in (8, 9, 10)
+
+
+def test_gains_wander_no_further_than_they_were_unsure_of() -> None:
+    """Learnt from gains that walk by 0.03/√s for 30 s, where the prior allows 0.02 in all."""
+    rows, _ = toy_rows(5, u=600, noise=replace(NOISE, gain_walk=3e-2))
+    tuning = learn_noise(rows, NOISE, learnt=("gain_walk",))
+    # the mean of the walk's variance is reported, exp(s²) above its mode
+    most = 0.02 / np.sqrt(float(np.ptp(rows.time_s))) * np.exp(float(tuning.sd_log[0]) ** 2)
+    assert float(np.asarray(tuning.noise.gain_walk)) == pytest.approx(most, rel=1e-6)

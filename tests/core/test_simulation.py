@@ -136,7 +136,7 @@ def test_a_hanging_leg_carries_its_weight_and_table_ii_is_the_truth() -> None:
     for leg, offset in TABLE_II_OFFSETS.items():
         done = hang_log(HEXAPOD, leg, HangPlan(cycles=2), OFFSETS, values, seed=3)
         assert largest(hang.EXPERIMENT.balance, done.truth) == 0.0
-        way = np.array(orientation_of(done.log))
+        way = np.array(orientation_of(done.log, np.eye(3)))
         opposite = done.log.readings[way == "+z"].mean(axis=0) + done.log.readings[
             way == "-z"
         ].mean(axis=0)

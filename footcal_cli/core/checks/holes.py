@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
@@ -16,6 +17,9 @@ UNUSUAL = 6.0
 """And so many times that of the usual placement."""
 SHIFT_M = 0.025
 """By so much holes and cells may be measured from different points."""
+EXCHANGED = 0.5
+"""Squared misfit with two holes taken for each other, as a share of that as given and of that with
+the next best two: no curve of a cell depends on which hole is which."""
 MUCH_BETTER, WRONG = 0.3, 0.15
 """Misfit of the balance with holes read otherwise, as a share of that as given; least misfit."""
 _FEWEST = 5
@@ -53,6 +57,15 @@ def check_holes(
     """
     kept = np.ones(len(own), dtype=bool)
     found: list[Finding] = []
+    pair = _exchanged(own, counts, hole_m, load_n)
+    if pair is not None:
+        one, other = pair
+        yield Finding(
+            "holes_exchanged", "warning", f"{foot} {placement[one]}, {placement[other]}",
+            "with the holes of these two exchanged all placements agree",
+            "check which hole each of them was, and exchange them in the log",
+        )  # fmt: skip
+        hole_m = _with_exchanged(own, hole_m, pair)
     several = len(placement)
     while several >= _FEWEST and len(found) <= _MOST_WRONG * several:
         errors = _errors_left_out(own, kept, counts, hole_m, load_n)
@@ -78,6 +91,33 @@ def _finding(foot: str, name: str, moved_m: float, lighter: float) -> Finding:
         f"the log gives and was {100 * abs(lighter):.0f} % {how}",
         "check the hole and the weight that were written down, and that all cells carried",
     )  # fmt: skip
+
+
+def _exchanged(
+    own: IntArray, counts: FloatArray, hole_m: FloatArray, load_n: FloatArray
+) -> tuple[int, int] | None:
+    """Two placements whose holes, taken for each other, leave far less than as given."""
+    numbers = np.unique(own)
+    if numbers.size < _FEWEST:
+        return None
+
+    def left(hole: FloatArray) -> float:
+        residual = counts - _design(hole, load_n) @ _shares(counts, hole, load_n)
+        return float(np.sum(residual**2))
+
+    pairs = [(int(a), int(b)) for a, b in combinations(numbers, 2)]
+    tried = [left(_with_exchanged(own, hole_m, pair)) for pair in pairs]
+    best, second = np.argsort(tried)[:2]
+    least = EXCHANGED * min(left(hole_m), tried[second])
+    return pairs[best] if tried[best] < least else None
+
+
+def _with_exchanged(own: IntArray, hole_m: FloatArray, pair: tuple[int, int]) -> FloatArray:
+    """Holes with those of two placements taken for each other."""
+    one, other = (own == number for number in pair)
+    changed = hole_m.copy()
+    changed[one], changed[other] = hole_m[other][0], hole_m[one][0]
+    return changed
 
 
 def _design(hole_m: FloatArray, load_n: FloatArray) -> FloatArray:

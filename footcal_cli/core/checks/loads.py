@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -18,6 +20,9 @@ MOST_OFF = 0.2
 """Of more rows it is no slip."""
 LAGS, LAGS_SHARE = 0.15, 0.5
 """Share of the last change of load that is lacking, and of the residual that it explains."""
+OWN, OTHERS = 12.0, 4.0
+"""So many robust sd is a reading off its own cell's line at least, and off the other's at most,
+where two were exchanged: both are off by as much, one up and one down."""
 _FEWEST_ROWS = 12
 
 
@@ -55,6 +60,71 @@ def check_line(
         )  # fmt: skip
         return
     yield from _lag(channel, load, residual, part)
+
+
+@listed
+def check_exchanged(
+    cells: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]],
+) -> Iterator[Finding]:
+    """Readings of one load that stand under each other's names.
+
+    Each is `OWN` robust sd off its own cell's line and within `OTHERS` of the other's: no curve of
+    one cell is where the other one's readings are.
+
+    Parameters
+    ----------
+    cells
+        Channel -> loads in N, counts, and the number of the session of each row, shape (n,) each.
+    """
+    lines = {name: line for name, rows in cells.items() if (line := _Line.through(*rows))}
+    for one, other in combinations(lines, 2):
+        a, b = lines[one], lines[other]
+        for load, part in sorted(a.read.keys() & b.read.keys()):
+            at = (load, part)
+            own = min(a.off(at, a.read[at]), b.off(at, b.read[at]))
+            if own > OWN and max(a.off(at, b.read[at]), b.off(at, a.read[at])) < OTHERS:
+                yield Finding(
+                    "readings_exchanged", "warning", f"{one}, {other}",
+                    f"the readings at {load:.4g} N lie on each other's lines, at least {own:.0f} "
+                    "robust standard deviations off their own",
+                    "check which reading is whose, and exchange them in the log",
+                )  # fmt: skip
+                return
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A cell's counts at each load of each session, and those of the line through all of them.
+
+    Parameters
+    ----------
+    read, drawn
+        (Load, session) -> mean counts, and counts of ``a load + b_session``.
+    sd
+        Robust, of the residual.
+    """
+
+    read: Mapping[tuple[float, float], float]
+    drawn: Mapping[tuple[float, float], float]
+    sd: float
+
+    @classmethod
+    def through(cls, load_n: FloatArray, counts: FloatArray, again: FloatArray) -> _Line | None:
+        """The line of least absolute errors; None of too few rows or loads."""
+        good = np.isfinite(load_n) & np.isfinite(counts)
+        load, count, part = load_n[good], counts[good], again[good]
+        if load.size < _FEWEST_ROWS or np.unique(load).size < 4 or not np.ptp(count) > 0:
+            return None
+        columns = [load, *((part == s).astype(float) for s in np.unique(part))]
+        left = least_absolute(np.column_stack(columns), count)
+        rows = {at: (load == at[0]) & (part == at[1]) for at in zip(load, part, strict=True)}
+        read = {at: float(count[mine].mean()) for at, mine in rows.items()}
+        drawn = {at: float((count - left)[mine][0]) for at, mine in rows.items()}
+        return cls(read, drawn, max(median_sd(left), 1e-12))
+
+    def off(self, at: tuple[float, float], count: float) -> float:
+        """How many sd a reading at a load of a session is off the line."""
+        return abs(count - self.drawn[at]) / self.sd
 
 
 def _lag(

@@ -161,7 +161,8 @@ class Comparison:
         """The robot on its own cells, against its stated mass."""
         track, c = self.memory.track, len(self.belief.channels)
         mass_kg = float(self.merged.log.known["mass_kg"][0])
-        return weighed_walking(self.belief, track.values[-1, :c], track.covariance[:c, :c], mass_kg)
+        gain, covariance = track.values[-1, :c], track.covariance[:c, :c]
+        return weighed_walking(self.belief, gain, covariance, self.memory.repeated, mass_kg)
 
     def findings(self) -> Iterator[Finding]:
         """Jumps, wrong masses, scales and innovations, parameters that left their interval."""

@@ -111,9 +111,13 @@ def learn_noise(
     prior_sd = np.where(lasting, _PRIOR_SD_LOG_TIME, _PRIOR_SD_LOG)
     furthest = np.where(lasting, _LONGEST, _FURTHEST)
 
+    highest = origin[at] + furthest
+    highest[[name == "gain_walk" for name in learnt]] = np.log(_widest_gain_walk(rows))
+
     def within(points: FloatArray) -> FloatArray:
         points = points.copy()
-        points[:, at] = np.clip(points[:, at], origin[at] - _FURTHEST, origin[at] + furthest)
+        lowest = np.minimum(origin[at] - _FURTHEST, highest)
+        points[:, at] = np.clip(points[:, at], lowest, highest)
         return points
 
     def score(points: FloatArray) -> FloatArray:
@@ -132,6 +136,18 @@ def learn_noise(
     walks = np.array([name.endswith(("_walk", "_walk_n")) for name in learnt], dtype=bool)
     point[at[walks]] += np.minimum(sd_log[walks], 1.0) ** 2
     return Tuning(Noise.of(np.exp(point)), (first, best), sd_log, tuple(learnt))
+
+
+def _widest_gain_walk(rows: Rows) -> float:
+    """Random walk with which gains wander as far as they were unsure of before, 1/√s.
+
+    Without a bound a coarse cell's gain may wander to −1: the moments of cells that show nothing
+    have no error.
+    """
+    gains = [name.endswith(".gain") for name in rows.names]
+    if not any(gains) or len(rows) < 2:
+        return np.inf
+    return float(rows.prior_sd[gains].max() / np.sqrt(max(np.ptp(rows.time_s), 1e-9)))
 
 
 def _climbed(

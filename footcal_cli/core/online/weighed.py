@@ -63,7 +63,7 @@ class Weighed:
 
 
 def weighed_walking(
-    belief: Belief, gain: FloatArray, covariance: FloatArray, stated_kg: float
+    belief: Belief, gain: FloatArray, covariance: FloatArray, repeated: float, stated_kg: float
 ) -> Weighed:
     """From the gains that a walk asks for; swinging feet have shown the zeros.
 
@@ -72,14 +72,15 @@ def weighed_walking(
     belief
         Before the walk.
     gain, covariance
-        Gains γ after it, shape (c,), and their covariance (c, c).
+        Gains γ after it, shape (c,), and their covariance (c, c), `repeated` times as large as the
+        rows alone would have it.
     """
     c = len(belief.channels)
     before = float(belief.covariance[:c, :c].sum()) / c**2
-    after = min(float(covariance.sum()) / c**2, 0.999 * before)
+    after = min(float(covariance.sum()) / c**2 / repeated, 0.999 * before)
     # the walk alone: of variance u with 1/u = 1/after − 1/before
     asked = float(gain.mean()) / (1.0 - after / before)
-    own = after / (1.0 - after / before)
+    own = repeated * after / (1.0 - after / before)
     relative = 1.0 / (1.0 + asked)
     return Weighed(stated_kg, stated_kg * relative, stated_kg * relative * np.sqrt(before + own))
 

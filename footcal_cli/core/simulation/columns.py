@@ -12,8 +12,9 @@ from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.biped_logs import BipedLogs
-from footcal_cli.core.simulation.hexapod_logs import orientation_of
+from footcal_cli.core.simulation.hexapod_logs import HangPlan, orientation_of, rot_named
 from footcal_cli.core.simulation.measure import Simulated
+from footcal_cli.core.simulation.robots import Hexapod
 
 Columns = Mapping[str, NDArray[np.generic]]
 """Column name -> values, all of one length."""
@@ -109,14 +110,14 @@ def loads_columns(truth: Log) -> Columns:
     }
 
 
-def hang_columns(logs: Mapping[str, Simulated]) -> Columns:
+def hang_columns(logs: Mapping[str, Simulated], robot: Hexapod, plan: HangPlan) -> Columns:
     """Long table of a hanging robot, leg after leg."""
     parts = []
     for leg, done in logs.items():
         log = done.log
         parts.append(
             {
-                "orientation": np.array(orientation_of(log)),
+                "orientation": np.array(orientation_of(log, rot_named(robot, leg, plan))),
                 "time_s": log.time_s,
                 "leg": np.repeat(np.array([leg]), len(log)),
                 "phase_rad": log.known["phase_rad"],

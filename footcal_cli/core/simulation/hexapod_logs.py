@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -30,13 +31,15 @@ class HangPlan:
     ----------
     cycles, cycle_s, rate_hz
         Turns per orientation, time per turn, samples per second.
-    believed_leg_weight_n, believed_leg_com_m
-        What the experimenter believes of the legs; None: the truth.
+    orientation_of
+        Whose axes hang along gravity and give the orientations their names: each transducer's, or
+        the body's (a transducer turned by π about z then reads −x in an orientation ``+x``).
     """
 
     cycles: int = 10
     cycle_s: float = 20.0
     rate_hz: float = 20.0
+    orientation_of: Literal["transducer", "body"] = "transducer"
     force_noise: Noise = FORCE_NOISE
     torque_noise: Noise = TORQUE_NOISE
 
@@ -68,6 +71,7 @@ def hang_log(
     acceleration ([Wu], eqs. (4)–(7), which hold for a leg at rest).
     """
     spec = robot.legs[leg]
+    axes_t = np.array(list(HANGINGS.values()), dtype=float) @ rot_named(robot, leg, plan)
     per_way = int(plan.cycles * plan.cycle_s * plan.rate_hz)
     way = np.repeat(np.arange(len(HANGINGS)), per_way)
     within = np.tile(np.arange(per_way), len(HANGINGS)) / plan.rate_hz
@@ -82,7 +86,7 @@ def hang_log(
         np.zeros((rows, 6)),
         {
             "phase_rad": phase,
-            "gravity_dir": np.array(list(HANGINGS.values()), dtype=float)[way],
+            "gravity_dir": axes_t[way],
             "leg_weight_n": np.full(rows, spec.weight_n),
             "leg_com_m": spec.com_m(phase),
             "leg_acc_g": spec.com_acc_mps2(phase, 2.0 * np.pi / plan.cycle_s) / robot.gravity_mps2,
@@ -108,9 +112,14 @@ def hang_log(
     )
 
 
-def orientation_of(log: Log) -> list[str]:
-    """Name of the orientation of each row: the transducer axis along gravity."""
-    axes = np.array(list(HANGINGS.values()), dtype=float)
+def rot_named(robot: Hexapod, leg: str, plan: HangPlan) -> FloatArray:
+    """Rotation from a leg's transducer to the axes that its orientations name, shape (3, 3)."""
+    return np.array(robot.legs[leg].rotation_bt) if plan.orientation_of == "body" else np.eye(3)
+
+
+def orientation_of(log: Log, rot: FloatArray) -> list[str]:
+    """Name of the orientation of each row: the axis along gravity, of a frame turned by ``rot``."""
+    axes = np.array(list(HANGINGS.values()), dtype=float) @ rot
     names = [ORIENTATION_NAMES[name] for name in HANGINGS]
     return [names[i] for i in np.argmax(log.known["gravity_dir"] @ axes.T, axis=1)]
 

@@ -340,7 +340,8 @@ def _on_hips(
         logs = {
             leg: hang_log(robot, leg, plans.hang, chain, values, seed=seed) for leg in robot.legs
         }
-        return _scenario({"hang": hang_columns(logs)}, next(iter(logs.values())), chain, values)
+        files = {"hang": hang_columns(logs, robot, plans.hang)}
+        return _scenario(files, next(iter(logs.values())), chain, values)
     done = pose_log(robot, plans.pose, chain, values, seed=seed)
     return _scenario({"poses": poses_columns(done, list(robot.legs))}, done, chain, values)
 

@@ -31,7 +31,7 @@ def next_best(found: Investigation) -> str | None:
         return None
     name = min(others, key=lambda effect: others[effect].value)
     return (
-        f"The next best name, {words(name)}, leaves errors {_percent(others[name])} larger than "
+        f"The next best cause, {words(name)}, leaves errors {_percent(others[name])} larger than "
         f"{words(mine)} does{_by_form(cause, name)}."
     )
 
