@@ -38,8 +38,8 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
         calibration,
         names,
         [
-            "Transducer frames in the body: m, and rad about fixed axes (roll, pitch, yaw). Take",
-            "the joints into the robot's own description.",
+            "Transducer frames in the body: m, and rad about fixed axes (roll, pitch, yaw).",
+            "Take the joints into the robot's own description.",
         ],
         warnings,
     )

@@ -60,7 +60,8 @@ SAMPLE = (
 
 
 NOT_READ = {
-    "fourteenth": {"tracer_daq", "units_in_every_cell", "openscale", "readings_as_fractions"}
+    "fourteenth": {"tracer_daq", "units_in_every_cell", "openscale", "readings_as_fractions"},
+    "fifteenth": {"ordered_dicts", "comau_aer"},
 }
 """Logs that end with a refusal which does not lead on, by corpus; docs/bring_your_log.md."""
 
