@@ -67,10 +67,10 @@ def outcome_of(
 
 
 def _headline(serious: Sequence[Finding], rows: int) -> str:
-    """How many findings, and where."""
+    """How many findings, what they are and where."""
     if not serious:
         return f"Nothing wrong found in {plural(rows, 'row')}."
-    named = list(dict.fromkeys(finding.where for finding in serious))
+    named = list(dict.fromkeys(f"{f.code.replace('_', ' ')} ({f.where})" for f in serious))
     more = f" and {len(named) - _MOST_NAMED} more" if len(named) > _MOST_NAMED else ""
     return (
         f"{plural(len(serious), 'finding')} in {plural(rows, 'row')}: "
