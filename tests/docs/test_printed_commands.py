@@ -110,6 +110,20 @@ def _public(place: Path) -> None:
             (place / file.name).symlink_to(file)
 
 
+def _folders(place: Path) -> None:
+    """The measured data in their folders, and the plates of the C3D file."""
+    folder = os.environ.get("FOOTCAL_DATA")
+    if not folder:
+        pytest.skip("FOOTCAL_DATA is not set: no measured data at hand")
+    for own in Path(folder).iterdir():
+        (place / own.name).symlink_to(own)
+
+
+def _plates(place: Path) -> None:
+    _folders(place)
+    assert shell("footcal convert loadsol-insoles/test_poids.c3d --out c3d") == 0
+
+
 def _nothing(place: Path) -> None:
     del place
 
@@ -193,6 +207,19 @@ CASES: dict[str, Case] = {
     "--out out/taxel": Case(_public, ends=(0, 1)),
     "footcal offline-fit points_frames.csv --recipe recipes/forceplate_cop_points.toml "
     "--out out/plate": Case(_public, ends=(0, 1, 3)),
+    "footcal init loadcell-creep/test2.csv -o my.toml": Case(_folders),
+    "footcal init insole-plenum/calibration_dataset.parquet -o my.toml": Case(_folders),
+    "footcal init loadsol-insoles/test_poids_loadsol.csv -o my.toml": Case(_folders),
+    "footcal init forceplate-cop-points/points_frames.csv -o my.toml": Case(_folders),
+    "footcal convert loadsol-insoles/test_poids.c3d --out c3d": Case(_folders),
+    # with blanks filled in: tests/real/test_from_raw_files.py
+    "footcal static-init --recipe my.toml": Case(
+        instead=f"footcal static-init {BIPED}/stand_cells.parquet {BIPED}/stand_body.parquet {NAO}",
+        ends=(0, 3),
+    ),
+    "footcal init c3d/plate_*.parquet -o my.toml": Case(
+        _plates, instead="footcal init c3d/plate_?.parquet -o my.toml"
+    ),
 }  # fmt: skip
 """Printed line, blanks made one -> how it is run."""
 
