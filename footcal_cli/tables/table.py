@@ -106,6 +106,14 @@ class Table:
         """One column as strings, shape (n,)."""
         return self.data[name].astype(str).to_numpy(dtype=object)
 
+    def continued_by(self, late: Table) -> Table:
+        """Rows of another log of the same columns below those of this one."""
+        import pandas as pd
+
+        data = pd.concat([self.data, late.data[list(self.data.columns)]], ignore_index=True)
+        beside = {**self.beside, **late.beside, late.path: late.digest}
+        return replace(self, data=data, findings=(*self.findings, *late.findings), beside=beside)
+
 
 def read_table(
     path: Path,
