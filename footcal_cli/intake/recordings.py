@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,14 +25,14 @@ from footcal_cli.core.online.belief import (
 )
 from footcal_cli.core.online.merging import merge_cells, merge_six_axis
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.signals import goes_on
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
+from footcal_cli.intake.continued import with_parts_joined
 from footcal_cli.intake.streams import body_stream_of, no_body, sensor_stream_of
 from footcal_cli.recipe import Robot
 from footcal_cli.records.effects import effect_of
@@ -239,25 +239,7 @@ def _pairs(
         )
     kept = [i for i, table in enumerate(in_order) if table is not None]
     sensors = [table for table in in_order if table is not None]
-    return _gone_on(sensors, [bodies[i] for i in kept] if bodies else [])
-
-
-def _gone_on(sensors: Sequence[Table], bodies: Sequence[Table]) -> tuple[list[Table], list[Table]]:
-    """Logs that a logger cut into files, each with its body stream, as one."""
-    whole: tuple[list[Table], list[Table]] = ([], [])
-    for i, table in enumerate(sensors):
-        own = (table, *(bodies[i : i + 1]))
-        last = [done[-1] for done in whole if done]
-        cut = i > 0 and len(last) == len(own) and all(
-            goes_on(a.number("time_s"), b.number("time_s")) and list(a.data) == list(b.data)
-            for a, b in zip(last, own, strict=True)
-        )  # fmt: skip
-        for done, new in zip(whole, own, strict=False):
-            if cut:
-                done[-1] = done[-1].followed_by(new)
-            else:
-                done.append(new)
-    return whole
+    return with_parts_joined(sensors, [bodies[i] for i in kept] if bodies else [])
 
 
 def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
@@ -278,9 +260,17 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
     if not rows.size:  # insoles without a robot know no CoP that is demanded
         return []
+    rows = _unhurried(log, reference.cop_m, rows)
     rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
     forces = belief.forces(log.readings[rows])
     return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
+
+
+def _unhurried(log: Log, cop_m: FloatArray, rows: IntArray) -> IntArray:
+    """The half of these rows in which the demanded CoP moves least: a delay hardly shows there."""
+    speed = np.hypot(*np.gradient(cop_m, log.time_s, axis=0).T)[rows]
+    slow: IntArray = rows[speed <= np.nanmedian(speed)]
+    return slow
 
 
 def _carried(log: Log) -> list[Finding]:

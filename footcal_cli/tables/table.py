@@ -90,12 +90,6 @@ class Table:
     def __contains__(self, name: object) -> bool:
         return name in self.data.columns
 
-    def followed_by(self, other: Table) -> Table:
-        """These rows and then those of a file that goes on with them."""
-        import pandas as pd
-
-        return replace(self, data=pd.concat([self.data, other.data], ignore_index=True))
-
     def number(self, name: str) -> FloatArray:
         """One column as float64, shape (n,)."""
         return self.data[name].to_numpy(dtype=np.float64)
@@ -111,6 +105,14 @@ class Table:
     def text(self, name: str) -> np.ndarray[Any, np.dtype[np.object_]]:
         """One column as strings, shape (n,)."""
         return self.data[name].astype(str).to_numpy(dtype=object)
+
+    def continued_by(self, late: Table) -> Table:
+        """Rows of another log of the same columns below those of this one."""
+        import pandas as pd
+
+        data = pd.concat([self.data, late.data[list(self.data.columns)]], ignore_index=True)
+        beside = {**self.beside, **late.beside, late.path: late.digest}
+        return replace(self, data=data, findings=(*self.findings, *late.findings), beside=beside)
 
 
 def read_table(

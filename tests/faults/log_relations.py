@@ -135,9 +135,8 @@ def _foreign_names(folder: Path, words: Words) -> Words:
 _ORDER_FREE = ("weights", "together", "check_weights")
 
 
-_SPLIT_BY_TIME = ("stream", "stand", "apply", "check_walk")
-"""Not hanging logs: each file is a hanging of its own there, with its own tilt. Nor walks: one is
-replayed at a time, and a second is refused."""
+_SPLIT_BY_TIME = ("stream", "stand", "walk", "apply", "check_walk")
+"""Not hanging logs: each file is a hanging of its own there, with its own tilt."""
 
 
 def _rows() -> Iterator[Relation]:
