@@ -17,7 +17,7 @@ UNUSUAL = 6.0
 """And so many times that of the usual placement."""
 SHIFT_M = 0.025
 """By so much holes and cells may be measured from different points."""
-EXCHANGED = 0.5
+EXCHANGED = 0.8
 """Squared misfit with two holes taken for each other, as a share of that as given and of that with
 the next best two: no curve of a cell depends on which hole is which."""
 MUCH_BETTER, WRONG = 0.3, 0.15
