@@ -239,16 +239,14 @@ def _place(entry: Entry) -> str:
     if entry.column is not None and entry.column.summed:
         said.append("summed = true")
     if entry.column is not None and entry.column.plus:
-        pairs = ", ".join(f"{_key(a)} = {_quoted(b)}" for a, b in entry.column.plus.items())
-        said.append(f"plus = {{ {pairs} }}")
+        said.append(f"plus = {_table(entry.column.plus)}")
     if entry.nanoseconds:
         said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
     if entry.names:
         pairs = ", ".join(f"{_quoted(a)} = {_quoted(b)}" for a, b in entry.names.items())
         said.append(f"names = {{ {pairs} }}")
     if entry.only_where:
-        pairs = ", ".join(f"{_key(a)} = {_quoted(b)}" for a, b in entry.only_where.items())
-        said.append(f"only_where = {{ {pairs} }}")
+        said.append(f"only_where = {_table(entry.only_where)}")
     if entry.missing:
         said.append(f"missing = {_list(entry.missing)}")
     if entry.column is not None and entry.column.held:
@@ -258,6 +256,10 @@ def _place(entry: Entry) -> str:
     if len(said) == 1 and entry.column is not None:
         return _quoted(entry.column.column)
     return f"{{ {', '.join(said)} }}"
+
+
+def _table(pairs: Mapping[str, str]) -> str:
+    return f"{{ {', '.join(f'{_key(a)} = {_quoted(b)}' for a, b in pairs.items())} }}"
 
 
 def _list(texts: Sequence[str]) -> str:

@@ -134,12 +134,12 @@ class Body:
             if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
             and any(is_number(row[i], *signs) for row in rows)
         )  # fmt: skip
-        with_units = tuple(
-            i for i in range(width)
-            if sum(with_unit(row[i]) is not None for row in rows) > 0.8 * len(rows)
-        )  # fmt: skip
-        spoken = bool(with_units) and not numeric
-        numeric = numeric or with_units
+        spoken = not numeric
+        if spoken:
+            numeric = tuple(
+                i for i in range(width)
+                if sum(with_unit(row[i]) is not None for row in rows) > 0.8 * len(rows)
+            )  # fmt: skip
         moments = sum(
             sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
         )

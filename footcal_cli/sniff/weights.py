@@ -10,6 +10,7 @@ from itertools import permutations
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
+from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
 from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
@@ -155,10 +156,7 @@ def follow(
         assert cell.values is not None, "readings are numbers"
         if cell.values.size != load.values.size:
             return list(cells), []  # of two files
-        good = np.isfinite(load.values) & np.isfinite(cell.values)
-        x, y = load.values[good], cell.values[good]
-        moves = good.sum() > 2 and np.ptp(x) > 0 and np.ptp(y) > 0
-        shares.append(float(np.corrcoef(x, y)[0, 1]) ** 2 if moves else 0.0)
+        shares.append(straightness(load.values, cell.values))
     if least is None and (max(shares) < _FOLLOWS or min(shares) > _IDLE):
         return list(cells), []
     idle = [c for c, share in zip(cells, shares, strict=True) if share <= (least or _IDLE)]

@@ -39,12 +39,11 @@ def check_line(
     again
         Number of the session of each row, shape (n,): its zero is its own.
     """
-    good = np.isfinite(load_n) & np.isfinite(counts)
-    load, count, part = load_n[good], counts[good], again[good]
-    if load.size < _FEWEST_ROWS or np.unique(load).size < 4 or not np.ptp(count) > 0:
+    rows = _known(load_n, counts, again)
+    if rows is None:
         return
-    sessions = np.unique(part)
-    design = np.column_stack([count, *((part == s).astype(float) for s in sessions)])
+    load, count, part = rows
+    design = _by_session(count, part)
     residual = least_absolute(design, load)
     sd = median_sd(residual)
     kept = np.abs(residual) < max(OFF * float(np.ptp(load)), OFF_SD * sd)
@@ -111,12 +110,11 @@ class _Line:
     @classmethod
     def through(cls, load_n: FloatArray, counts: FloatArray, again: FloatArray) -> _Line | None:
         """The line of least absolute errors; None of too few rows or loads."""
-        good = np.isfinite(load_n) & np.isfinite(counts)
-        load, count, part = load_n[good], counts[good], again[good]
-        if load.size < _FEWEST_ROWS or np.unique(load).size < 4 or not np.ptp(count) > 0:
+        known = _known(load_n, counts, again)
+        if known is None:
             return None
-        columns = [load, *((part == s).astype(float) for s in np.unique(part))]
-        left = least_absolute(np.column_stack(columns), count)
+        load, count, part = known
+        left = least_absolute(_by_session(load, part), count)
         rows = {at: (load == at[0]) & (part == at[1]) for at in zip(load, part, strict=True)}
         read = {at: float(count[mine].mean()) for at, mine in rows.items()}
         drawn = {at: float((count - left)[mine][0]) for at, mine in rows.items()}
@@ -125,6 +123,22 @@ class _Line:
     def off(self, at: tuple[float, float], count: float) -> float:
         """How many sd a reading at a load of a session is off the line."""
         return abs(count - self.drawn[at]) / self.sd
+
+
+def _known(
+    load_n: FloatArray, counts: FloatArray, again: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Rows in which load and reading are known; None of too few, or a reading that never moves."""
+    good = np.isfinite(load_n) & np.isfinite(counts)
+    load, count, part = load_n[good], counts[good], again[good]
+    if load.size < _FEWEST_ROWS or np.unique(load).size < 4 or not np.ptp(count) > 0:
+        return None
+    return load, count, part
+
+
+def _by_session(column: FloatArray, part: FloatArray) -> FloatArray:
+    """The design of a line with a zero of its own in each session, shape (n, 1 + sessions)."""
+    return np.column_stack([column, *((part == s).astype(float) for s in np.unique(part))])
 
 
 def _lag(
