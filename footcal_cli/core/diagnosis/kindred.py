@@ -160,8 +160,8 @@ def odds_of(best: FloatArray, other: FloatArray, noise: Noise) -> float:
         return 1.0
     scale = max(float(best.sum()) / noise.whitener.kept.size, 1.0)
     t = float(lost.mean()) / spread * np.sqrt(lost.size)
-    below, above = stats.t.logcdf([-t, t], lost.size - 1)
-    by_sign = float(below - above)
+    freedom = lost.size - 1
+    by_sign = float(stats.t.logcdf(-t, freedom) - stats.t.logcdf(t, freedom))
     by_loss = -0.5 * float(lost.sum()) / scale
     return float(np.exp(np.clip(min(by_sign, by_loss, key=abs), -_MOST, _MOST)))
 
