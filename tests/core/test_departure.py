@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from footcal_cli.core.diagnosis.departure import Departure, departure_of
-from footcal_cli.core.diagnosis.kindred import likelier
+from footcal_cli.core.diagnosis.kindred import likelier, odds_of
 from footcal_cli.core.inference.problem import Problem
 
 ROWS, BLOCKS = 120, 12
@@ -79,6 +79,16 @@ def test_a_cause_is_out_at_given_odds_but_not_by_one_block() -> None:
     assert not likelier(best, one, noise, 0.01)
     # four times the square that the law of noise expects: the same loss is worth a quarter
     assert not likelier(4.0 * best, 4.0 * best + 10.0 / BLOCKS, noise, 0.01)
+
+
+def test_the_form_of_a_cause_bounds_how_sure_a_loss_is() -> None:
+    noise, best = problem(0.0, None).law, np.full(BLOCKS, ROWS / BLOCKS)
+    lost = 40.0 / BLOCKS * (1.0 + 0.1 * np.cos(np.arange(BLOCKS)))
+    assert odds_of(best, best + lost, noise) < 1e-6
+    assert odds_of(best, best + lost, noise, lost.sum()) == pytest.approx(0.01)
+    assert odds_of(best, best + lost, noise, 4.0 * lost.sum()) == pytest.approx(0.01**0.25)
+    back = odds_of(best + lost, best, noise, 4.0 * lost.sum())
+    assert back == pytest.approx(0.01**-0.25)
 
 
 def test_without_names_p_is_one_where_nothing_moves() -> None:

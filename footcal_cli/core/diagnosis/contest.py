@@ -136,9 +136,10 @@ def decided(
     near = {s.effect: (s, cos) for s, cos in alike}
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
     mirrored = _from_the_other_side(subject, chosen, fitted)
-    worse -= never_distinguished(
+    same = never_distinguished(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     ) | {s.effect for s in mirrored}
+    worse -= same
     late = moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
@@ -150,8 +151,10 @@ def decided(
         for other in tried
         if other.cause.signature.effect != mine.effect
     }
-    odds = _unfitted_odds(answer, mine.effect, noise) | dict.fromkeys(near, 1.0)
-    odds |= {t.cause.signature.effect: odds_of(loss, t.loss, noise) for t in tried}
+    bent = rules.kindred_loss * gain
+    odds = _unfitted_odds(answer, mine.effect, noise, bent) | dict.fromkeys(near, 1.0)
+    odds |= {t.cause.signature.effect: odds_of(loss, t.loss, noise, bent) for t in tried}
+    odds |= dict.fromkeys(same, 1.0)
     as_good = tuple(by_effect.values())
     odds = {s.effect: odds.get(s.effect, 1.0) for s in as_good}
     return replace(chosen, rivals=as_good, compared=compared, odds=odds), fitted
@@ -232,7 +235,7 @@ def _as_good(answer: Diagnosis, gain: float) -> list[Signature]:
     ]  # fmt: skip
 
 
-def _unfitted_odds(answer: Diagnosis, mine: str, noise: Noise) -> dict[str, float]:
+def _unfitted_odds(answer: Diagnosis, mine: str, noise: Noise, form: float) -> dict[str, float]:
     """Odds of effects against the named one by their signatures, where they explain most."""
     gain, causes = answer.search.first.gain, answer.library.causes
     best: dict[str, int] = {}
@@ -241,7 +244,9 @@ def _unfitted_odds(answer: Diagnosis, mine: str, noise: Noise) -> dict[str, floa
     if mine not in best:
         return {}
     # a loss but for what all of them leave
-    return {name: odds_of(-gain[:, best[mine]], -gain[:, c], noise) for name, c in best.items()}
+    return {
+        name: odds_of(-gain[:, best[mine]], -gain[:, c], noise, form) for name, c in best.items()
+    }
 
 
 def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:

@@ -37,6 +37,7 @@ SMOOTH = having(Trait.SMOOTH)
 the sharp knee adds something beside both is a smooth curve out."""
 _UNSURE = 0.05
 _MOST = 500.0  # exponent of odds
+_OUT = 0.01  # odds at which a cause is out
 
 
 @dataclass(frozen=True)
@@ -142,17 +143,20 @@ def likelier(best: FloatArray, other: FloatArray, noise: Noise, odds: float) -> 
     return total > float(-2.0 * np.log(odds)) * max(scale, scatter)
 
 
-def odds_of(best: FloatArray, other: FloatArray, noise: Noise) -> float:
+def odds_of(best: FloatArray, other: FloatArray, noise: Noise, form: float = 0.0) -> float:
     """How many times as probable blocks that had no say are under another model as under the best.
 
     ``exp(−Σ d/2s)`` of the blocks' differences ``d = L − L₀``, in noise of the mean square s that
     the best leaves per row, and no less than one; but no surer than their scatter lets the sign of
-    their mean be, ``F(−t)/F(t)`` with Student's distribution F and ``t = √B d̄/sd(d)``.
+    their mean be, ``F(−t)/F(t)`` with Student's distribution F and ``t = √B d̄/sd(d)``, and no surer
+    than ``0.01^(Σ d/form)``, since the form of a true cause is never quite the table's.
 
     Parameters
     ----------
     best, other
         Held-out squared error of each block in the metric of the noise, L₀ and L, shape (B,).
+    form
+        Squared error that a wrong form may cost a true cause; 0 where forms are exact.
     """
     lost = other - best
     spread = float(np.std(lost, ddof=1)) if lost.size > 1 else 0.0
@@ -162,8 +166,10 @@ def odds_of(best: FloatArray, other: FloatArray, noise: Noise) -> float:
     t = float(lost.mean()) / spread * np.sqrt(lost.size)
     freedom = lost.size - 1
     by_sign = float(stats.t.logcdf(-t, freedom) - stats.t.logcdf(t, freedom))
-    by_loss = -0.5 * float(lost.sum()) / scale
-    return float(np.exp(np.clip(min(by_sign, by_loss, key=abs), -_MOST, _MOST)))
+    total = float(lost.sum())
+    by_form = float(np.log(_OUT)) * total / form if form > 0.0 else -np.inf
+    surest = min(by_sign, -0.5 * total / scale, by_form, key=abs)
+    return float(np.exp(np.clip(surest, -_MOST, _MOST)))
 
 
 def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
