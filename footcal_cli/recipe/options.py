@@ -43,12 +43,11 @@ class ApplyOptions(CommandOptions):
     """``[apply]`` of a recipe.
 
     `chassis_com_m` is used where the calibration does not say which chassis CoM it means;
-    `least_force_n` is the load below which a foot has no centre of pressure; `cop_correction` is a
-    ``cop_correction.json`` of offline-fit.
+    `cop_correction` is a ``cop_correction.json`` of offline-fit.
     """
 
     chassis_com_m: Vector = (0.0, 0.0, 0.0)
-    least_force_n: Positive = 5.0
+    min_force_n: Positive = 5.0
     cop_correction: Annotated[
         str | None, Flag("cop_correction.json of offline-fit.", metavar="FILE")
     ] = None
@@ -378,6 +377,7 @@ class StaticInitOptions(CommandOptions):
     until_s: Annotated[Limit, Flag("Use only the log's first seconds.")] = None
     delay_s: float = Field(default=0.0, ge=0)
     cutoff_hz: Positive = 10.0
+    min_force_n: Positive = 5.0
     force_sd_n: Limit = None
     moment_sd_nm: Limit = None
     lifted_sd_n: Limit = None
