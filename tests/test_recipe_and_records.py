@@ -209,6 +209,8 @@ def test_the_robot_has_one_smallest_force_for_every_cop(
         found = recipe.options_for(model, model.__name__).model_dump()
         assert found["min_force_n"] == pytest.approx(smallest_n)
     assert recipe.options_for(ApplyOptions, "apply").min_force_n == 2.0
+    old = recipe.options_for(ApplyOptions, "none", {"least_force_n": 3.0})
+    assert old.min_force_n == 3.0
 
 
 def test_a_recipe_may_give_every_noise_of_a_walk() -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from footcal_cli.recipe import CommandOptions, metres
 from footcal_cli.records.models import Frozen
@@ -51,6 +51,14 @@ class ApplyOptions(CommandOptions):
     cop_correction: Annotated[
         str | None, Flag("cop_correction.json of offline-fit.", metavar="FILE")
     ] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_of_1_0(cls, given: dict[str, object]) -> dict[str, object]:
+        """`min_force_n` was called `least_force_n` in recipes of 1.0."""
+        old = {k: v for k, v in given.items() if k == "least_force_n"}
+        rest = {k: v for k, v in given.items() if k != "least_force_n"}
+        return {**rest, "min_force_n": old["least_force_n"]} if old else rest
 
 
 class DiagnoseOptions(CommandOptions):
@@ -298,7 +306,7 @@ class PoseCalibOptions(CommandOptions):
     ] = "joint"
     balance: Annotated[
         Literal["exact", "printed"],
-        Flag("exact, or as printed in Wu & Revzen (alternating only)."),
+        Flag("Balance of wrenches: exact, or as Wu & Revzen print it (method alternating only)."),
     ] = "exact"
     structure: Annotated[
         Literal["auto", "full", "body_rotations", "hip_rotations", "translations", "single"],
