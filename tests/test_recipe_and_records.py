@@ -23,8 +23,10 @@ from footcal_cli.core.study.window import WindowRule
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import read_recipe
 from footcal_cli.recipe.options import (
+    ApplyOptions,
     HangCalibOptions,
     NoiseOptions,
+    OfflineFitOptions,
     OnlineReplayOptions,
     PlateauSettings,
     PoseCalibOptions,
@@ -190,6 +192,25 @@ def test_a_recipe_and_the_core_agree_on_defaults(
     assert both >= set(renamed.values())
     assert len(both) > 1
     assert {name: asked[name] for name in both} == {name: own[name] for name in both}
+
+
+@pytest.mark.parametrize(
+    ("robot", "smallest_n"),
+    [("", 5.0), ("mass_kg = 5.3", 5.0), ("mass_kg = 0.5", 0.5 * 0.980665),
+     ("mass_kg = 5.3\nmin_force_n = 8.0", 8.0)],
+)  # fmt: skip
+def test_the_robot_has_one_smallest_force_for_every_cop(
+    tmp_path: Path, robot: str, smallest_n: float
+) -> None:
+    path = tmp_path / "robot.toml"
+    path.write_text(f"[robot]\n{robot}\n[apply]\nmin_force_n = 2.0\n", encoding="utf-8")
+    recipe = read_recipe(path, ("apply",))
+    for model in (OfflineFitOptions, OnlineReplayOptions, StaticInitOptions):
+        found = recipe.options_for(model, model.__name__).model_dump()
+        assert found["min_force_n"] == pytest.approx(smallest_n)
+    assert recipe.options_for(ApplyOptions, "apply").min_force_n == 2.0
+    old = recipe.options_for(ApplyOptions, "none", {"least_force_n": 3.0})
+    assert old.min_force_n == 3.0
 
 
 def test_a_recipe_may_give_every_noise_of_a_walk() -> None:

@@ -46,8 +46,7 @@ def _forces(session: Session[ApplyOptions]) -> Outcome:
     with session.step("apply"):
         move = set_aside(seen.forces(session), "calibrated.parquet")
     session.note(check_total_force(seen.total.kept, robot.weight_n, "all cells"))
-    least = session.options.least_force_n
-    found = outcome_of(robot, seen, least)
+    found = outcome_of(robot, seen, session.options.min_force_n)
     return replace(found, files={"calibrated.parquet": move})
 
 

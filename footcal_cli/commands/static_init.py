@@ -21,7 +21,9 @@ def static_init(session: Session[StaticInitOptions]) -> Outcome:
     from footcal_cli.intake.recordings import is_six_axis_robot, read_recordings
 
     options = session.options
-    rule = MergeRule(delay_s=options.delay_s, cutoff_hz=options.cutoff_hz)
+    rule = MergeRule(
+        delay_s=options.delay_s, cutoff_hz=options.cutoff_hz, min_force_n=options.min_force_n
+    )
     with session.step("read"):
         recordings = read_recordings(
             session, rule, "stand", body_needed=is_six_axis_robot(session.recipe.robot)

@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.signals import median_sd
+from footcal_cli.core.saturation import find_cut_impacts
 from footcal_cli.core.spatial import rotation_of_quaternion
 
 SLOWEST_S = 0.5
@@ -34,8 +34,6 @@ _ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "
 _STAMP_UNITS = (
     (1e3, "ms", "milliseconds"), (1e6, "us", "microseconds"), (1e9, "ns", "nanoseconds"),
 )  # fmt: skip
-_PILED, _FAR = 5, 5.0
-"""Samples at an extreme value, and its distance in robust sd, from which a range was too small."""
 _FEWEST, _FEWEST_SAMPLES = 20, 100
 _UNEXPLAINED, _EXPLAINED = 0.6, 0.85
 """Shares of the change of the forces that motion explains at wrong and at right stamps."""
@@ -267,26 +265,14 @@ def check_imu(imu_acc_mps2: FloatArray, gravity_mps2: float, where: str) -> list
 def check_saturation(acc_mps2: FloatArray, where: str) -> list[Finding]:
     """Find an acceleration that stops at the end of its sensor's range.
 
-    A tail thins out towards its end. Where an axis is at its extreme value several times, more
-    than twice as often as at the value before, and far from where it usually is, impacts were cut.
-
     Parameters
     ----------
     acc_mps2
         Shape (n, 3).
     """
-    cut, limits = np.zeros(len(acc_mps2), dtype=bool), []
-    for axis in acc_mps2.T:
-        values, counts = np.unique(axis[np.isfinite(axis)], return_counts=True)
-        if values.size < _FEWEST:
-            continue
-        middle = np.median(axis[np.isfinite(axis)])
-        usual = median_sd(axis[np.isfinite(axis)] - middle)
-        for end, before in ((0, 1), (-1, -2)):
-            far = abs(values[end] - middle) > _FAR * max(usual, 1e-9)
-            if far and counts[end] >= _PILED and counts[end] > 2 * counts[before]:
-                cut |= axis == values[end]
-                limits.append(float(values[end]))
+    axes = [find_cut_impacts(axis) for axis in acc_mps2.T]
+    cut = np.any(axes, axis=0)
+    limits = {float(x) for i, axis in enumerate(axes) for x in acc_mps2[axis, i]}
     if not limits:
         return []
     return [

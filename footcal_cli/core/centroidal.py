@@ -108,7 +108,7 @@ def static_reference(
 
 
 def pressure(
-    forces_n: FloatArray, points_m: FloatArray, min_force_n: float = MIN_FORCE_N
+    forces_n: FloatArray, points_m: FloatArray, min_force_n: FloatArray | float = MIN_FORCE_N
 ) -> Pressure:
     """Centre of pressure ``p = Σ pᵢ fᵢᶻ / Σ fᵢᶻ``: [NAO], eq. (8).
 
@@ -119,7 +119,7 @@ def pressure(
     points_m
         Where they act, shape (n, c, 2).
     min_force_n
-        Below this total the centre is absent (NaN), never zero and never held.
+        Below this total, shape () or (n,), the centre is absent (NaN), never zero and never held.
     """
     fz = forces_n.sum(axis=1)
     valid = fz > min_force_n

@@ -139,10 +139,11 @@ def _walking(session: Session[Any]) -> None:
     from footcal_cli.core.online.streams import MergeRule
     from footcal_cli.intake.recordings import read_recordings
 
-    for recording in read_recordings(session, MergeRule(), "stand"):
+    rule = MergeRule(min_force_n=session.recipe.robot.least_force_n)
+    for recording in read_recordings(session, rule, "stand"):
         lifted = (recording.merged.log.known["contact"] == 0.0).mean(axis=0)
         if lifted.size and lifted.min() > LIFTED_SHARE:
-            read_recordings(session, MergeRule(), "walk")
+            read_recordings(session, rule, "walk")
             return
 
 

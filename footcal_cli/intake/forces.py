@@ -11,6 +11,7 @@ import numpy as np
 
 from footcal_cli.core.bench.cop_models import corrected_cop_m
 from footcal_cli.core.bench.matrix import bias_of, mixing_of
+from footcal_cli.core.centroidal import pressure
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.contract import Trait
@@ -71,7 +72,7 @@ class SeenForces:
                 self.shown = {name: values[rows] for name, values in columns.items()}
                 self.places_m = calibration.places_m()
             for foot in calibration.feet:
-                seen = self.feet.setdefault(foot, Seen(calibration.least_force_n))
+                seen = self.feet.setdefault(foot, Seen(calibration.min_force_n))
                 seen.add(columns[f"{foot}_fz_n"])
             yield columns
 
@@ -98,7 +99,7 @@ class _Calibration:
     warmth: float | None
     corrections: Mapping[str, CopCorrectionRecord]
     feet: Mapping[str, list[str]]
-    least_force_n: float
+    min_force_n: float
 
     def places_m(self) -> dict[str, FloatArray]:
         """Where the cells of each foot lie, shape (c, 2)."""
@@ -127,16 +128,14 @@ class _Calibration:
         for foot, own_cells in self.feet.items():
             at = [cells.index(cell) for cell in own_cells]
             own = force_n[:, at]
-            total = own.sum(axis=1)
-            loaded = total > self.least_force_n
-            moment = np.einsum("nc,nck->nk", own, cell_pos_m[:, at])
-            cop = np.where(loaded[:, None], moment / np.where(loaded, total, 1.0)[:, None], np.nan)
+            found = pressure(own, cell_pos_m[:, at], self.min_force_n)
+            cop = found.cop_m
             if foot in self.corrections:
-                found = self.corrections[foot]
-                both = np.column_stack([found.coefficients_x, found.coefficients_y])
-                cop = corrected_cop_m(found.terms, both, cop, own, own_cells)
+                fitted = self.corrections[foot]
+                both = np.column_stack([fitted.coefficients_x, fitted.coefficients_y])
+                cop = corrected_cop_m(fitted.terms, both, cop, own, own_cells)
             columns |= {
-                f"{foot}_fz_n": total,
+                f"{foot}_fz_n": found.fz_n,
                 f"{foot}_cop_x_m": cop[:, 0],
                 f"{foot}_cop_y_m": cop[:, 1],
             }
@@ -183,7 +182,7 @@ def _calibration(session: Session[ApplyOptions], first: Table) -> _Calibration:
         np.array([places.get(cell, (np.nan, np.nan)) for cell in cells]), warmth,
         _corrections(session.options.cop_correction, record),
         {f: own for f, own in feet.items() if own and all(cell in cells for cell in own)},
-        session.options.least_force_n,
+        session.options.min_force_n,
     )  # fmt: skip
 
 

@@ -30,6 +30,7 @@ def all_stances(
         warm_s=options.warm_s,
         acceleration_mps2=options.largest_acceleration_mps2,
         rate_radps=options.largest_rate_radps,
+        min_force_n=options.min_force_n,
         least_samples=options.least_samples,
     )
     parts, quiet, offset = [], [], 0

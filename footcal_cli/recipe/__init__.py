@@ -31,6 +31,8 @@ __all__ = [
 STANDARD_GRAVITY_MPS2 = 9.80665
 LARGEST_BYTES = 4 * 2**20
 """No recipe is larger."""
+_COP_FORCE_N, _COP_SHARE = 5.0, 0.1
+"""Below this force, or share of the weight where that is less, there is no CoP."""
 
 
 Limit = Annotated[float, Field(gt=0)]
@@ -161,11 +163,14 @@ class Robot(Frozen):
 
     `world_up` is the axis that points up in the world of the logs' positions, accelerations and
     attitudes; they are turned to z up as they are read. Foot frames keep x forward, y left.
+    `min_force_n` is ε, the vertical force below which there is no CoP: not given 5 N, or a tenth of
+    the weight where that is less.
     """
 
     name: str = "unnamed robot"
     mass_kg: float | None = Field(default=None, gt=0)
     gravity_mps2: float = Field(default=STANDARD_GRAVITY_MPS2, gt=0)
+    min_force_n: float | None = Field(default=None, gt=0)
     world_up: WorldUp = "+z"
     channels: tuple[str, ...] = ()
     feet: dict[str, Foot] = Field(default_factory=dict)
@@ -191,6 +196,13 @@ class Robot(Frozen):
     def weight_n(self) -> float | None:
         """Body weight m·g, None where the mass is not given."""
         return None if self.mass_kg is None else self.mass_kg * self.gravity_mps2
+
+    @property
+    def least_force_n(self) -> float:
+        """ε of every CoP that no command's own `min_force_n` overrides."""
+        if self.min_force_n is not None:
+            return self.min_force_n
+        return min(_COP_FORCE_N, _COP_SHARE * (self.weight_n or float("inf")))
 
 
 def _as_list(value: object) -> object:
@@ -280,9 +292,14 @@ class Recipe(Frozen):
     def options_for(
         self, model: type[Model], table: str, given: Mapping[str, object] | None = None
     ) -> Model:
-        """Options of a command: its table, overridden by what is given and not None."""
+        """Options of a command: its table, overridden by what is given and not None.
+
+        ε of the CoP (`min_force_n`) is the robot's where the table gives none.
+        """
         over = {key: value for key, value in (given or {}).items() if value is not None}
         own = self.options.get(table, {})
+        if "min_force_n" in model.model_fields:
+            own = {"min_force_n": self.robot.least_force_n, **own}
         return validated(model, {**own, **over}, file=self.path, table=table)
 
     def hip_position_m(self, leg: str) -> tuple[float, float, float]:

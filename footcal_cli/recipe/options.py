@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from footcal_cli.recipe import CommandOptions, metres
 from footcal_cli.records.models import Frozen
@@ -43,15 +43,22 @@ class ApplyOptions(CommandOptions):
     """``[apply]`` of a recipe.
 
     `chassis_com_m` is used where the calibration does not say which chassis CoM it means;
-    `least_force_n` is the load below which a foot has no centre of pressure; `cop_correction` is a
-    ``cop_correction.json`` of offline-fit.
+    `cop_correction` is a ``cop_correction.json`` of offline-fit.
     """
 
     chassis_com_m: Vector = (0.0, 0.0, 0.0)
-    least_force_n: Positive = 5.0
+    min_force_n: Positive = 5.0
     cop_correction: Annotated[
         str | None, Flag("cop_correction.json of offline-fit.", metavar="FILE")
     ] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_of_1_0(cls, given: dict[str, object]) -> dict[str, object]:
+        """`min_force_n` was called `least_force_n` in recipes of 1.0."""
+        old = {k: v for k, v in given.items() if k == "least_force_n"}
+        rest = {k: v for k, v in given.items() if k != "least_force_n"}
+        return {**rest, "min_force_n": old["least_force_n"]} if old else rest
 
 
 class DiagnoseOptions(CommandOptions):
@@ -378,6 +385,7 @@ class StaticInitOptions(CommandOptions):
     until_s: Annotated[Limit, Flag("Use only the log's first seconds.")] = None
     delay_s: float = Field(default=0.0, ge=0)
     cutoff_hz: Positive = 10.0
+    min_force_n: Positive = 5.0
     force_sd_n: Limit = None
     moment_sd_nm: Limit = None
     lifted_sd_n: Limit = None

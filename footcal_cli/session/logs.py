@@ -11,6 +11,7 @@ from footcal_cli.recipe import Recipe
 from footcal_cli.records.results import ParametersRecord, ReadColumnRecord
 from footcal_cli.session.inspection import inspect, over_pieces
 from footcal_cli.session.request import Request
+from footcal_cli.session.saturated import FITS, without_saturated
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.copies import without_copies
 from footcal_cli.tables.longfiles import is_long
@@ -105,7 +106,7 @@ class Logs:
         read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
         self._keep(read)
         self.note(inspect(read, table, robot))
-        return read
+        return self._usable(read)
 
     def read_any(self, table: TableType) -> list[Table]:
         """Read every log that is of a kind, whatever its role; copies once."""
@@ -191,8 +192,16 @@ class Logs:
             self._keep(piece, rows)
             said.append(inspect(piece, table, robot))
             rows += len(piece)
-            yield piece
+            yield self._usable(piece)
         self.note(over_pieces(said))
+
+    def _usable(self, read: Table) -> Table:
+        """What a fit may use of a log: nothing that is saturated; other commands take all."""
+        if self.request.command not in FITS:
+            return read
+        kept, findings = without_saturated(read, self.recipe.robot)
+        self.note(findings)
+        return kept
 
     def _keep(self, read: Table, before: int = 0) -> None:
         """Note what a log was read as, or a piece of one with so many rows before it."""

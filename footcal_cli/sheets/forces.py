@@ -12,7 +12,7 @@ from footcal_cli.report import Picture, Sheet, number, plural
 from footcal_cli.report.outcome import Outcome
 
 
-def outcome_of(robot: Robot, seen: SeenForces, least_force_n: float) -> Outcome:
+def outcome_of(robot: Robot, seen: SeenForces, min_force_n: float) -> Outcome:
     """Sum of all forces next to the robot's weight, and the load of each foot."""
     total, lost = seen.total, seen.lost
     weight = "no mass_kg to compare it with"
@@ -43,7 +43,7 @@ def outcome_of(robot: Robot, seen: SeenForces, least_force_n: float) -> Outcome:
         sheets=(Sheet("Feet", ("foot", "median Fz (N)", "largest Fz (N)", "loaded (%)"), rows),),
         footer=(
             "F = scale · S + bias per cell; CoP = Σ p F / Σ F in the foot frame, absent where "
-            f"Fz ≤ {least_force_n:g} N (NAO CoP self-calibration, eqs. (1), (2), (8)).",
+            f"Fz ≤ {min_force_n:g} N (NAO CoP self-calibration, eqs. (1), (2), (8)).",
         ),
         rmse=RmseRecord(rows=(), rejected={"reading is missing": lost} if lost else {}),
     )

@@ -85,8 +85,13 @@ def cell_balance(log: Log, reference: Reference) -> Balance:
     return Balance(
         outputs=(*CELL_TOTALS, *log.channels),
         units=("N", "Nm", "Nm", *["N"] * len(log.channels)),
-        **_counted(log, error, known, reference.fz_n > MIN_FORCE_N),
+        **_counted(log, error, known, reference.fz_n > least_force_n(log)),
     )
+
+
+def least_force_n(log: Log) -> FloatArray | float:
+    """ε below which there is no CoP, N: `min_force_n` of the log, (n,), else 5 N."""
+    return log.known.get("min_force_n", MIN_FORCE_N)
 
 
 def six_axis_balance(log: Log) -> Balance:

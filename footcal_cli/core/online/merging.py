@@ -84,7 +84,7 @@ def merge_cells(
         Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
         Reason.LOW_IMU_CONFIDENCE: doubtful,
     }
-    known = both.motion(len(cells_foot_m), mass_kg, gravity_mps2) | {
+    known = both.motion(len(cells_foot_m), mass_kg, gravity_mps2, rule.min_force_n) | {
         "com_acc_mps2": np.where(doubtful[:, None], np.nan, values["com_acc_mps2"]),
         "cell_pos_m": np.concatenate(positions, axis=1),
         "contact": contact,
@@ -150,7 +150,7 @@ def merge_six_axis(
         Reason.OUTLIER: broken,
         Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
     }
-    known = both.motion(feet, mass_kg, gravity_mps2) | {
+    known = both.motion(feet, mass_kg, gravity_mps2, rule.min_force_n) | {
         "contact": contact,
         "foot_rot_wt": rot,
         "foot_pos_m": pos,
@@ -215,7 +215,9 @@ class _Both:
         """Of the sensors."""
         return 1.0 / self.clock.period_s
 
-    def motion(self, feet: int, mass_kg: float, gravity_mps2: float) -> dict[str, FloatArray]:
+    def motion(
+        self, feet: int, mass_kg: float, gravity_mps2: float, min_force_n: float
+    ) -> dict[str, FloatArray]:
         """What is known of any robot's motion (`Log.known`)."""
         n, values = self.at.size, self.body
         return {
@@ -224,6 +226,7 @@ class _Both:
             "angmom_rate_nm": values["angmom_rate_nm"],
             "mass_kg": np.full(n, mass_kg),
             "gravity_mps2": np.full(n, gravity_mps2),
+            "min_force_n": np.full(n, min_force_n),
             "foot_yaw_rad": values["feet_yaw_rad"],
             "foot_acc_mps2": values["feet_acc_mps2"].reshape(n, feet, -1),
         }

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from footcal_cli.core.centroidal import Reference
+from footcal_cli.core.centroidal import Reference, pressure
 from footcal_cli.core.effects.body import COM_OFFSET, heading_rad
 from footcal_cli.core.effects.transport import DELAY, SMOOTHED_OVER_S, SMOOTHING
 from footcal_cli.core.experiments import walk
@@ -93,9 +93,9 @@ def _as_cells_have_it(log: Log, belief: Belief) -> Log:
     """
     forces, known = belief.forces(log.readings), log.known
     fz, com = forces.sum(axis=1), known["com_m"]
+    moment = np.einsum("nca,nc->na", known["cell_pos_m"], forces)
     with np.errstate(divide="ignore", invalid="ignore"):
-        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / fz[:, None]
-        level = (com[:, :2] - cop) * (fz / known["mass_kg"] / com[:, 2])[:, None]
+        level = (com[:, :2] * fz[:, None] - moment) / (known["mass_kg"] * com[:, 2])[:, None]
     up = fz / known["mass_kg"] - known["gravity_mps2"]
     return log.with_known(
         com_acc_mps2=np.column_stack([level, up]),
@@ -106,9 +106,8 @@ def _as_cells_have_it(log: Log, belief: Belief) -> Log:
 def _of_momentum(log: Log, belief: Belief) -> tuple[FloatArray, FloatArray]:
     """``∂(Fz, pˣ, pʸ)/∂σ`` of `MOMENTUM_SHARES`: the measured CoP's way back to the CoM, (n, 3)."""
     forces, known, yaw = belief.forces(log.readings), log.known, heading_rad(log)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cop = np.einsum("nca,nc->na", known["cell_pos_m"], forces) / forces.sum(axis=1)[:, None]
-    way = np.nan_to_num(known["com_m"][:, :2] - cop, posinf=0.0, neginf=0.0)
+    cop = pressure(forces, known["cell_pos_m"], walk.least_force_n(log)).cop_m
+    way = np.nan_to_num(known["com_m"][:, :2] - cop)
     ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
     along = np.sum(way * ahead, axis=1)[:, None] * ahead
     zero = np.zeros((len(log), 1))

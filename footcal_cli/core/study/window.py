@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from footcal_cli.core.centroidal import MIN_FORCE_N
+from footcal_cli.core.centroidal import MIN_FORCE_N, pressure
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
@@ -134,11 +134,10 @@ def standing_weights(log: Log, belief: Belief, rule: WindowRule) -> Weights:
         For the foot length.
     """
     problem = _Problem.of(log, belief, static=False)
-    forces = belief.forces(log.readings)[problem.rows]
-    total = forces.sum(axis=1)
-    cop = np.einsum("nc,nck->nk", forces, problem.positions) / total[:, None]
-    force_sd = np.std((total - problem.fz) / problem.weight_n)
-    cop_sd = np.sqrt(np.mean(np.var((cop - problem.cop) / rule.foot_length_m, axis=0)))
+    stood = pressure(belief.forces(log.readings)[problem.rows], problem.positions, rule.min_force_n)
+    force_sd = float(np.std((stood.fz_n - problem.fz) / problem.weight_n))
+    off = (stood.cop_m - problem.cop)[stood.valid] / rule.foot_length_m
+    cop_sd = float(np.sqrt(np.mean(np.var(off, axis=0))))
     return Weights(1.0 / max(force_sd, 1e-6) ** 2, 1.0 / max(cop_sd, 1e-6) ** 2, 1.0)
 
 

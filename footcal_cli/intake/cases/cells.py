@@ -48,7 +48,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """Standing and walking: merged streams, blocks of whole gait cycles or stances."""
     kind = session.options.experiment
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
-    rule = MergeRule(delay_s=session.options.delay_s)
+    least = session.recipe.robot.least_force_n
+    rule = MergeRule(delay_s=session.options.delay_s, min_force_n=least)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
     logs, steps, noises = [], [], []
     for recording in recordings:
