@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from footcal_cli.sniff.names import orientation_in
+from footcal_cli.sniff.said_weights import said_weight, sums_of
 from footcal_cli.sniff.tokens import SIDES
 from footcal_cli.tables.reading import Layout
 
@@ -27,6 +28,10 @@ _BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
 _LEAST_OF_A_LIST = 6
 _MOST_BESIDE = 4
 """Numbers in a line that says a load: the time before it, say."""
+_BINDS = r"\s*(?::|=|->|→)+\s*"
+_SAID = re.compile(rf"(\S[^:=→]*?){_BINDS}{_NUMBER}(?:\s*[A-Za-z]+)?")
+_LEAST_SAID = 3
+"""Different loads before readings."""
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
 _PUT_ON = r"added?|adding|plus|zugelegt|dazu|hinzu|ajout[eé]\w*|añadid\w*|aggiunt\w*|another"
 _TAKEN_OFF = (
@@ -48,6 +53,9 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         return None
     row = ranked[0]
     count = shapes[row]
+    said = _said_before(written)
+    if said and sum(bool(re.match(said, line)) for line in written) > max(count, _LEAST_SAID):
+        return Layout(encoding=encoding, line=said)
     typed = [s for s in ranked[1:] if _load_of(s) is not None and shapes[s] < count]
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
@@ -71,6 +79,21 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         moved = moved_between([line for line in written if _shape(line) != row])
         layout = replace(layout, carried=moved or _expression(typed[0], "load"))
     return layout
+
+
+def _said_before(written: list[str]) -> str:
+    """An expression for lines that say a load in words before a reading; empty without.
+
+    ``empty: 8347750``, ``1 lb + 2.5 lb: 8241003``: such lines are of several shapes.
+    """
+    found = [
+        m for line in written if (m := _SAID.fullmatch(line)) and said_weight(m[1]) is not None
+    ]
+    words = list(dict.fromkeys(m[1] for m in found))
+    if len(words) < _LEAST_SAID or sums_of(words) is None or len(found) < _LEAST * len(written):
+        return ""
+    called = "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
+    return rf"^(?P<load>{called}){_BINDS}(?P<reading>{_NUMBER})(?!\w)"
 
 
 def _named_above(written: list[str], row: str, expression: str) -> str:
@@ -189,8 +212,10 @@ def _expression(shape: str, called: str) -> str:
             named = f"{name}_{names[name]}" if called == "column" else _numbered(name, names)
             made += rf"(?P<{named}>{_NUMBER})"
         else:
-            made += r"\s*".join(re.escape(part) for part in re.split(r"\s+", piece))
-    return made
+            blank = r"\s*" if piece.strip() else r"\s+"
+            made += blank.join(re.escape(part) for part in re.split(r"\s+", piece))
+    # a number at the end is no part of a word: `250g` is no reading of 250
+    return f"{made}(?!\\w)" if shape.endswith("\x01") else made
 
 
 def _list_named(piece: str, before: str) -> str:

@@ -51,6 +51,8 @@ class ColumnGuess:
         Whether an empty cell means what stands above it.
     missing
         What stands in its cells where there was no reading.
+    names
+        Its texts -> the numbers that they say.
     """
 
     column: str
@@ -69,6 +71,7 @@ class ColumnGuess:
     summed: bool = False
     held: bool = False
     missing: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def quantity(self) -> Quantity:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit, split_unit
+from footcal_cli.sniff.units import LOADS, MASSES, WEIGHTS, known_unit, split_unit
 
 Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
@@ -59,6 +59,19 @@ for _meaning, _spellings in _SPELLINGS.items():
         _WORDS.setdefault(_word, _meaning)
 COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
 """Loads that were asked for; what was put on may be another."""
+NOMINAL = {
+    "nominal",
+    "stated",
+    "nenn",
+    "nennlast",
+    "nenngewicht",
+    "nominell",
+    "nominale",
+    *COMMANDED,
+}
+"""What stands on a weight, or was asked for: not what it weighs."""
+_WEIGHED = {"actual", "true", "real", "certified", "conventional", "exact", "tatsächlich", "ist"}
+"""What a weight really weighs, if the unit is one of loads."""
 LETTERED = "letters"
 """Owner of angles called A, B and C, which are about z, y, x or about z, y, z."""
 _GREEK = {"alpha": "rx", "beta": "ry", "gamma": "rz", "rx": "rx", "ry": "ry", "rz": "rz"}
@@ -342,6 +355,8 @@ def _by_words(
         and "on" not in words
     ):
         return "reading", "", set()
+    if compact and {*compact} <= _WEIGHED and unit in LOADS:
+        return "load", "", set(compact)
     if words in (["p"], ["p", "0"]):
         return "pressure", "", set(words)
     if words and words[-1] in ("x", "y", "z") and unit in ("m", "mm", "cm"):

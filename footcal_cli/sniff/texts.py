@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, orientation_in
+from footcal_cli.sniff.said_weights import sums_of
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
     HEXADECIMAL,
@@ -76,6 +77,7 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         why = f"numbers; {', '.join(nothing)} is taken for no reading"
         return ColumnGuess(column, name, unit, "likely", why, numbers, missing=nothing)
     weighed = _with_units(column, name, words) or _among_words(column, name, words, raw)
+    weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
         return weighed
     different = tuple(dict.fromkeys(words))
@@ -95,7 +97,10 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
 
 def part_of_the_words(column: ColumnGuess) -> ColumnGuess:
     """In lines of words a number that never changes is one of the words."""
-    if column.values is None or np.ptp(column.values[np.isfinite(column.values)]) > 0:
+    if column.values is None:
+        return column
+    some = column.values[np.isfinite(column.values)]
+    if some.size and np.ptp(some) > 0:
         return column
     return column.as_quantity("other", "likely", "never changes")
 
@@ -130,19 +135,39 @@ def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess |
     )  # fmt: skip
 
 
-def numbers_as_labels(values: FloatArray) -> ColumnGuess | None:
+def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) -> ColumnGuess | None:
+    """Weights that were put together, or none at all: ``1 lb + 2.5 lb``, ``empty``."""
+    different = tuple(dict.fromkeys(words))
+    if not 1 < len(different) <= FEW or raw.empty.any():
+        return None
+    found = sums_of(different)
+    if found is None or name.quantity not in ("load", "unknown", "label", "other", "reading"):
+        return None
+    loads, unit = found
+    values = np.array([loads[word] for word in words])
+    if np.ptp(values) == 0.0:
+        return None
+    return ColumnGuess(
+        column, replace(name, quantity="load"), unit, "likely", "weights in words, added up",
+        values, names={word: f"{load:.10g}" for word, load in loads.items()},
+    )  # fmt: skip
+
+
+def numbers_as_labels(values: FloatArray, largest: float = FEW) -> ColumnGuess | None:
     """Small whole numbers that take turns, as sensors are counted; None where they are no labels.
 
     Parameters
     ----------
     values
         Of a column that is called after a sensor or a leg, shape (n,).
+    largest
+        Of these numbers; settings of an amplifier are larger than the numbers of sensors.
     """
     good = values[np.isfinite(values)]
     if good.size < values.size or np.any(good != np.round(good)):
         return None
     different = list(dict.fromkeys(good.tolist()))
-    if not 1 < len(different) <= min(FEW, good.size // 2) or not 0 <= max(different) <= FEW:
+    if not 1 < len(different) <= min(FEW, good.size // 2) or not 0 <= max(different) <= largest:
         return None
     codes = np.array([different.index(value) for value in good.tolist()])
     words = tuple(f"{value:.0f}" for value in different)

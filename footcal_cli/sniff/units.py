@@ -38,6 +38,8 @@ NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""
+LOADS = (*WEIGHTS, "kgf", "lbf", "gf", "kg", "g", "lb", "oz", "mg", "t", "stone", "daN", "ozf")
+"""Units of a load."""
 _AMBIGUOUS = 2
 """Units of so few letters differ by the size of these letters."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from footcal_cli.core.bench.split_lines import split_lines
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.texts import numbers_as_labels
@@ -56,7 +58,10 @@ def _numbers_and_places(file: FileGuess) -> list[ColumnGuess]:
     """Columns of few small whole numbers, and of places, that nothing else uses."""
     found = [c for c in file.of("placement") if c.codes is not None and len(c.words) > 1]
     for column in file.of("unknown", "placement", "sequence"):
-        if column.values is not None and (words := numbers_as_labels(column.values)) is not None:
+        if (
+            column.values is not None
+            and (words := numbers_as_labels(column.values, np.inf)) is not None
+        ):
             column = ColumnGuess(
                 column.column, column.name, None, "likely", words.why, words=words.words,
                 codes=words.codes,
