@@ -22,7 +22,7 @@ from footcal_cli.sniff.clocks import (
     unwrapped_counter,
 )
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.names import STATISTICS, name_guess, without_what_all_share
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.silent import MEASURED, no_reading
 from footcal_cli.sniff.text import TextGuess, guess_text
@@ -38,12 +38,15 @@ from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import own_names, pivoted_names
 from footcal_cli.tables.rawcolumn import RawColumn
-from footcal_cli.tables.reading import Layout
+from footcal_cli.tables.reading import Layout, Pivot
 from footcal_cli.tables.sources import at_rows
 
 _NICE_STEPS = 1e-6
 _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
+_CENTRES = ("mean", "avg", "average", "median", "50%")
+_SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
+_LEAST_SUMMARIES = 3
 _COUNTS_UP_TO = 100
 """How far a column that numbers rows or poses may count, in rows."""
 
@@ -87,7 +90,12 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         stamps = next(c.values for c in raw.values() if _stamps(c)).astype(np.float64)
         raw = at_rows(raw, ~raw[rows_of].empty, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
-    columns = [_column(name, raw[name], units.get(name, "")) for name in names]
+    said = without_what_all_share(names)
+    called = [_called(name, plain, text.layout.pivot) for name, plain in said.items()]
+    columns = [
+        _column(name, raw[name], units.get(name, ""), own)
+        for name, own in zip(names, called, strict=True)
+    ]
     if text.layout.line:
         columns = [part_of_the_words(column) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
@@ -129,11 +137,29 @@ def _stamps(column: RawColumn) -> bool:
     return bool(np.all(np.diff(column.values) >= 0) and column.values[0] != column.values[-1])
 
 
-def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
-    name = name_guess(column)
+def _called(name: str, plain: str, pivot: Pivot | None) -> str:
+    """What of a column's name says what it is.
+
+    Of ``<label>.<column>`` in a turned table the label, where it says what the value is, and the
+    column, where that is no value.
+    """
+    if pivot is None:
+        return plain
+    label = next((x for x in pivot.labels if name.startswith(f"{x}.")), "")
+    own = name_guess(name.removeprefix(f"{label}."))
+    if not label or own.quantity not in ("reading", "unknown", "other"):
+        return plain
+    if own.quantity == "other":
+        return name.removeprefix(f"{label}.")
+    return label if name_guess(label).quantity != "unknown" and own.unit is None else plain
+
+
+def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGuess:
+    """One column, by its numbers and by what of its name says what it is."""
+    name = name_guess(called)
     below = known_unit(unit_row)
     if below and name.unit is None:
-        name = replace(name_guess(f"{column} [{below}]"), unit=None)
+        name = replace(name_guess(f"{called} [{below}]"), unit=None)
     unit, said = below or name.unit, "its name" + (" and its row of units" if below else "")
     if below and name.unit and name.unit not in (below, "count"):
         unit, said = None, f"its name says {name.unit}, the row of units {below}"
@@ -162,7 +188,7 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = _without_silent([_numbered(column) for column in columns])
+    found = _without_silent([_numbered(column) for column in _one_statistic(columns)])
     found = _only_numbers(one_time(first_in_time(found)))
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
@@ -171,6 +197,20 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
     return found
+
+
+def _one_statistic(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Of count, mean, scatter and quartiles of one reading, the mean (else the median) is it."""
+    said = {c.column: c for c in columns if c.column.lower() in _SUMMARIES and c.values is not None}
+    by_name = {name.lower(): name for name in said}
+    taken = next((by_name[name] for name in _CENTRES if name in by_name), "")
+    if not taken or len(said) < _LEAST_SUMMARIES:
+        return columns
+    why = "a statistic of what was read"
+    return [
+        c.as_quantity("reading", "likely", f"{why}: its centre") if c.column == taken
+        else c.as_quantity("other", "likely", why) if c.column in said else c for c in columns
+    ]  # fmt: skip
 
 
 def _signs_by_load(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -18,10 +18,12 @@ _LABEL = r"[A-Za-z_]\w*"
 _PIECE = re.compile(
     rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)|(?<=\w=)(?P<label>{_LABEL})"
 )
+_NUMBERED_WORDS = re.compile(rf"{_PIECE.pattern}|(?<![\w.])(?P<word>[A-Za-z]+\d+)(?!\w)")
+"""Of a sensor that is named with a number, as ``LC3``."""
 _LEAST = 0.4
 _FEW = 2
 """Numbers in a row that may stand without words when loads were typed between the rows."""
-_BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→")
+_BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→|[A-Za-z]['\"]\s*,\s*\x01")
 """What binds a word to a value: not a table's separator."""
 _BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
 """A row of numbers in brackets, as programs print their lists."""
@@ -48,6 +50,9 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     """
     written = [line.strip() for line in lines if line.strip()]
     shapes = Counter(_shape(line) for line in written)
+    counted = Counter(_shape(line, _NUMBERED_WORDS) for line in written)
+    if max(counted.values(), default=0) > max(shapes.values(), default=0):
+        shapes = counted  # lines of several sensors, each with its name
     ranked = [shape for shape, _ in shapes.most_common(12) if "\x01" in shape]
     if not ranked:
         return None
@@ -157,9 +162,9 @@ def carried_between(remarks: list[str]) -> str:
     return turned.pattern if len(sides) >= SIDES and None not in sides else ""
 
 
-def _shape(line: str) -> str:
+def _shape(line: str, pieces: re.Pattern[str] = _PIECE) -> str:
     """A line with its numbers, stamps and words behind ``=`` as one control character each."""
-    return _PIECE.sub(lambda found: {"number": "\x01", "stamp": "\x02"}.get(
+    return pieces.sub(lambda found: {"number": "\x01", "stamp": "\x02"}.get(
         found.lastgroup or "", "\x03"), line)  # fmt: skip
 
 

@@ -52,7 +52,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "pressure": "pressure druck pression",
     "other": "status state flag error err battery batt dropout valid quality rssi crc checksum "
     "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
-    "tracking min max peak tare tara",
+    "tracking min max peak tare tara validity",
 }
 for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
@@ -91,6 +91,12 @@ STATISTICS = frozenset(
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
+_LEAST_NAMES = 2
+_COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
+    ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
+    ("rohwert", "reading"),
+)  # fmt: skip
+"""How compound words end that say what a column is: ``Prüfgewicht``."""
 _UP = "up|oben|hoch|haut|arriba|su|alto|cima|вверх|上"
 _DOWN = "down|unten|runter|bas|abajo|giu|giù|basso|baixo|вниз|下"
 _SIGNED = re.compile(
@@ -186,6 +192,14 @@ def common_start(words: Sequence[str]) -> str:
     """The letters that all words begin with."""
     first, last = min(words), max(words)
     return first[: next((i for i, c in enumerate(first) if last[i] != c), len(first))]
+
+
+def without_what_all_share(names: Sequence[str]) -> dict[str, str]:
+    """Names -> what they say behind a title that all of them begin with: ``Run 1: Force (N)``."""
+    titles = {name.partition(":")[0] for name in names}
+    if len(names) < _LEAST_NAMES or len(titles) > 1 or not all(": " in name for name in names):
+        return {name: name for name in names}
+    return {name: name.partition(":")[2].strip() or name for name in names}
 
 
 def is_label(word: str) -> bool:
@@ -345,6 +359,12 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     return _by_words(words, compact, unit)
 
 
+def _meaning(word: str) -> Quantity | None:
+    """What a word is of, by itself or by how it ends."""
+    ends = (quantity for end, quantity in _COMPOUNDS if word.endswith(end))
+    return _WORDS.get(word) or next(ends, None)
+
+
 def _by_words(
     words: list[str], compact: list[str], unit: str | None
 ) -> tuple[Quantity, str, set[str]]:
@@ -364,7 +384,7 @@ def _by_words(
     for quantity in ("time", "load", "temperature", "direction", "repeat", "session", "phase",
                      "orientation", "placement", "contact", "pressure", "reading", "label",
                      "sequence", "other"):  # fmt: skip
-        said = [w for w in compact if _WORDS.get(w) == quantity]
+        said = [w for w in compact if _meaning(w) == quantity]
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV"):
                 return "reading", "", set(said)

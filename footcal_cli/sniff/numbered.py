@@ -32,6 +32,8 @@ _VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
     ({"gravity"}, "gravity", ""),
 )  # fmt: skip
 """Words of a vector, its quantity, and the letter before its axes."""
+_VECTOR_LETTER = re.compile(r"(?:.*[\W_])?[FMT]")
+"""A vector that is called by its capital: ``F(1)``."""
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is recognised by its length."""
 _LARGER = 3.0
@@ -183,7 +185,7 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
         return {}
     *before, last = [w for w in words if w not in ("n", "nm", "linear", "vector")] or words
     for called, quantity, letter in _VECTORS:
-        if last in called and len(last) > 1:
+        if last in called and (len(last) > 1 or _VECTOR_LETTER.fullmatch(stem)):
             owner = "_".join(w for w in before if w not in NOISE)
             return {
                 c.column: replace(

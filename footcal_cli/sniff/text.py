@@ -15,7 +15,9 @@ from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.header import (
     header_fields,
     name_of_the_index,
+    names_otherwise,
     once,
+    parted,
     qualified,
     units_above,
     with_units_said,
@@ -25,7 +27,7 @@ from footcal_cli.sniff.sections import refuse_frames, sections
 from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.delimited import before_power_was_lost, upright
-from footcal_cli.tables.drawn import TEX, is_rule, with_plain_exponents
+from footcal_cli.tables.drawn import TEX, is_rule, with_plain_numbers
 from footcal_cli.tables.foreign import READERS, is_of_documents, kind_of_records
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
@@ -91,7 +93,7 @@ def guess_text(path: Path) -> TextGuess:
         No text, or no rows that are alike.
     """
     text, encoding = _decoded(path)
-    lines = with_plain_exponents(text).splitlines()
+    lines = with_plain_numbers(text).splitlines()
     if len(text) > _MOST // 2 and len(lines) > 1:
         lines = lines[:-1]
     if not any(line.strip() for line in lines):
@@ -288,13 +290,16 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     units: tuple[str, ...] = ()
     header_at: int | None = None
     candidates = [(i, header_fields(line, body, comment)) for i, line in above]
-    candidates = [(i, fields) for i, fields in candidates if fields]
-    if candidates:
+    candidates, units = parted([(i, fields) for i, fields in candidates if fields])
+    if not candidates and (otherwise := names_otherwise(above, body)) is not None:
+        header_at, found = otherwise
+        names = tuple(found)
+    elif candidates:
         header_at, fields = candidates.pop()
-        if candidates and looks_like_units(fields):
+        if candidates and not units and looks_like_units(fields):
             units = tuple(fields)
             header_at, fields = candidates.pop()
-        elif candidates:
+        elif candidates and not units:
             header_at, fields = with_units_said([*candidates, (header_at, fields)])
         units = units or units_above([x for i, x in above if i < header_at], body)
         fields = name_of_the_index(fields, lines[header_at + 1 : first], body)
