@@ -26,8 +26,9 @@ from footcal_cli.core.spatial import (
 )
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import LETTERED, orientation_in
+from footcal_cli.sniff.names import LETTERED
 from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.tables.columns import AXIS_ANGLE, ROTVEC, RPY, XYZ, ZYZ
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
@@ -315,8 +316,12 @@ def _angles(file: FileGuess) -> list[Reading]:
     ]
     if all(angles[a].name.owner == LETTERED for a in angles) and "yaw" in angles:  # A, B, C
         columns = [angles[a] for a in ("yaw", "pitch", "roll")]
-        named = {n: of(c, unit) for n, c in zip(ZYZ, columns, strict=True)}
-        found += _worlds(named, _PROPER(_table(columns) * scale), _ZYZ_SAID)
+        for names, rotations, way in (
+            (ZYZ, _PROPER, _ZYZ_SAID), (RPY, rotations_of_rpy, "angles about x, y and z"),
+            (XYZ, _INTRINSIC, "angles about x, the turned y and the turned z"),
+        ):  # fmt: skip
+            named = {n: of(c, unit) for n, c in zip(names, columns, strict=True)}
+            found += _worlds(named, rotations(_table(columns) * scale), way)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -22,8 +23,9 @@ from footcal_cli.sniff.clocks import (
     unwrapped_counter,
 )
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
-from footcal_cli.sniff.names import STATISTICS, name_guess, without_what_all_share
+from footcal_cli.sniff.names import STATISTICS, name_guess
 from footcal_cli.sniff.pivots import pivot_of
+from footcal_cli.sniff.registers import joined_registers
 from footcal_cli.sniff.silent import MEASURED, no_reading
 from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.texts import (
@@ -33,12 +35,13 @@ from footcal_cli.sniff.texts import (
     text_column,
     units_beside,
 )
+from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import own_names, pivoted_names
 from footcal_cli.tables.rawcolumn import RawColumn
-from footcal_cli.tables.reading import Layout, Pivot
+from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
 
 _NICE_STEPS = 1e-6
@@ -90,8 +93,8 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         stamps = next(c.values for c in raw.values() if _stamps(c)).astype(np.float64)
         raw = at_rows(raw, ~raw[rows_of].empty, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
-    said = without_what_all_share(names)
-    called = [_called(name, plain, text.layout.pivot) for name, plain in said.items()]
+    raw = {name: _ungrouped(column, text.layout.thousands) for name, column in raw.items()}
+    called = said_by_names(names, path.name.split(".")[0], text.layout.pivot)
     columns = [
         _column(name, raw[name], units.get(name, ""), own)
         for name, own in zip(names, called, strict=True)
@@ -99,6 +102,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     if text.layout.line:
         columns = [part_of_the_words(column) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
+    columns = joined_registers(columns)
     pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
     if pivot is not None:
         said = f"a row for each of {', '.join(pivot.labels)}, made one row per sample"
@@ -108,6 +112,15 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         return _looked_at(path, replace(text, layout=layout, units=below, said=(*text.said, said)))
     rows = len(next(iter(raw.values())).values)
     return FileGuess(path, text, tuple(columns), rows, rate_of(columns), rows_of)
+
+
+def _ungrouped(column: RawColumn, sign: str) -> RawColumn:
+    """Texts without the sign between groups of thousands, as the reader leaves it out too."""
+    if column.kind != "text" or not sign:
+        return column
+    grouped = re.compile(rf"(?<=\d){re.escape(sign)}(?=\d{{3}}(?!\d))")
+    words = [grouped.sub("", w) if isinstance(w, str) else w for w in column.values.tolist()]
+    return replace(column, values=np.array(words, dtype=object))
 
 
 def topic(raw: Mapping[str, RawColumn]) -> str:
@@ -135,23 +148,6 @@ def _stamps(column: RawColumn) -> bool:
     if column.kind != "number" or column.empty.any() or len(column.values) < 3:
         return False
     return bool(np.all(np.diff(column.values) >= 0) and column.values[0] != column.values[-1])
-
-
-def _called(name: str, plain: str, pivot: Pivot | None) -> str:
-    """What of a column's name says what it is.
-
-    Of ``<label>.<column>`` in a turned table the label, where it says what the value is, and the
-    column, where that is no value.
-    """
-    if pivot is None:
-        return plain
-    label = next((x for x in pivot.labels if name.startswith(f"{x}.")), "")
-    own = name_guess(name.removeprefix(f"{label}."))
-    if not label or own.quantity not in ("reading", "unknown", "other"):
-        return plain
-    if own.quantity == "other":
-        return name.removeprefix(f"{label}.")
-    return label if name_guess(label).quantity != "unknown" and own.unit is None else plain
 
 
 def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGuess:
@@ -285,6 +281,9 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
         return column.as_quantity("force", "likely", "its unit is that of a force")
+    if column.column.strip() == "N" and not increases(values):
+        why = "newtons: it counts no rows"
+        return replace(column.as_quantity("load", "guess", why), unit="N")
     far = np.nan_to_num(np.abs(values)).max(initial=0.0) > _COUNTS_UP_TO * values.size
     if column.quantity == "sequence" and far and not increases(values, strictly=False):
         return column.as_quantity("unknown", "guess", "called a number, but counts no rows")

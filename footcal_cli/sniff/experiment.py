@@ -46,8 +46,9 @@ def plan_of(file: FileGuess) -> Plan | None:
     cops = {c.name.axis: c for c in file.of("cop")}
     if {"x", "y"} <= set(holes) and {"x", "y"} <= set(cops):
         return _cop_points(file, holes, cops)
-    if {"x", "y"} <= set(holes) and loads and len(cells) >= 3 and not six:
-        return _placements(file, holes, loads[0], cells)
+    put = loads or [c for c in file.of("load") if c.values is not None]  # one weight everywhere
+    if {"x", "y"} <= set(holes) and put and len(cells) >= 3 and not six:
+        return _placements(file, holes, put[0], cells)
     plates = None if holes or (loads and cells) else force_and_cop(file)
     if plates is not None:
         return plates

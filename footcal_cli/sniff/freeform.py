@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 
-from footcal_cli.sniff.names import orientation_in
 from footcal_cli.sniff.said_weights import said_weight, sums_of
+from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.tokens import SIDES
 from footcal_cli.tables.reading import Layout
 
@@ -56,12 +56,14 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     ranked = [shape for shape, _ in shapes.most_common(12) if "\x01" in shape]
     if not ranked:
         return None
-    row = ranked[0]
+    # a list below each remark: as many of the one as of the other
+    row = max(ranked, key=lambda s: (shapes[s], bool(_BRACKETED.fullmatch(s))))
     count = shapes[row]
     said = _said_before(written)
     if said and sum(bool(re.match(said, line)) for line in written) > max(count, _LEAST_SAID):
         return Layout(encoding=encoding, line=said)
-    typed = [s for s in ranked[1:] if _load_of(s) is not None and shapes[s] < count]
+    most = count if _BRACKETED.fullmatch(row) else count - 1
+    typed = [s for s in ranked if s != row and _load_of(s) is not None and shapes[s] <= most]
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
     listed = _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST
@@ -70,7 +72,8 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         if _BRACKETED.fullmatch(row):
             # an array within another has brackets more at both ends
             named = _named_above(written, row, expression)
-            return Layout(encoding=encoding, line=rf"^[\s\[(]*{named[1:]}")
+            above = _expression(typed[0], "load") if typed else ""
+            return Layout(encoding=encoding, line=rf"^[\s\[(]*{named[1:]}", carried=above)
         return Layout(encoding=encoding, line=expression)
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from footcal_cli.sniff.units import LOADS, MASSES, WEIGHTS, known_unit, split_unit
+from footcal_cli.sniff.units import LENGTHS, LOADS, MASSES, WEIGHTS, known_unit, split_unit
 
 Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
@@ -91,21 +91,12 @@ STATISTICS = frozenset(
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
-_LEAST_NAMES = 2
+_F_OF = 3
 _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
     ("rohwert", "reading"),
 )  # fmt: skip
 """How compound words end that say what a column is: ``Prüfgewicht``."""
-_UP = "up|oben|hoch|haut|arriba|su|alto|cima|вверх|上"
-_DOWN = "down|unten|runter|bas|abajo|giu|giù|basso|baixo|вниз|下"
-_SIGNED = re.compile(
-    r"(?:(?:^|[^a-z])(?P<word>plus|minus|pos|neg|positive|negative)[ _]*"
-    r"|(?:^|[^a-z0-9])(?P<sign>[+-])[ _]*|(?:^|[^a-z]))"
-    rf"(?P<axis>[xyz])(?:[ _-]*(?P<way>{_UP}|{_DOWN})(?=[^a-z]|$)"
-    r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
-)
-"""An axis with its sign before or after it, and whether it points up or down."""
 _ANGLES = {
     word: axis
     for axis, spellings in {
@@ -194,14 +185,6 @@ def common_start(words: Sequence[str]) -> str:
     return first[: next((i for i, c in enumerate(first) if last[i] != c), len(first))]
 
 
-def without_what_all_share(names: Sequence[str]) -> dict[str, str]:
-    """Names -> what they say behind a title that all of them begin with: ``Run 1: Force (N)``."""
-    titles = {name.partition(":")[0] for name in names}
-    if len(names) < _LEAST_NAMES or len(titles) > 1 or not all(": " in name for name in names):
-        return {name: name for name in names}
-    return {name: name.partition(":")[2].strip() or name for name in names}
-
-
 def is_label(word: str) -> bool:
     """Whether a word is one for sensors or what they sit on."""
     return _WORDS.get(word) == "label" or word in NOISE
@@ -241,17 +224,6 @@ def name_guess(name: str) -> NameGuess:
     if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
         owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2
     return NameGuess(quantity, axis, side, place, owner, unit, factor)
-
-
-def orientation_in(word: str) -> str | None:
-    """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``-x up``."""
-    for found in _SIGNED.finditer(word.lower()):
-        sign = found["word"] or found["sign"] or found["after"]
-        if sign or found["way"]:
-            up = found["way"] in _UP.split("|")
-            turns = (sign in ("minus", "neg", "negative", "-")) + up
-            return ("-" if turns % 2 else "+") + found["axis"]
-    return None
 
 
 def _address(words: list[str]) -> tuple[str, str, list[str]]:
@@ -325,7 +297,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     found = re.fullmatch(r"(?:.*[\W_])?q(?:uat|uaternion)?[\W_]?([0-3])", stem.lower())
     if found and unit is None and not {"joint", "joints"} & set(words):
         return "quaternion", found[1], {"q", "quat", "quaternion", found[1]}
-    if re.fullmatch(r"(?:.*[\W_])?a[xy]", stem.lower()) and unit in ("m", "mm", "cm"):
+    if re.fullmatch(r"(?:.*[\W_])?a[xy]", stem.lower()) and unit in LENGTHS:
         return "cop", last[-1], {last}  # Kistler's Ax and Ay
     said = {"acc", "accel", "acceleration", "accelerometer", "accelerometers"} & set(words)
     if said and last in "xyz":
@@ -348,11 +320,11 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}
-    if last in ("x", "y") and unit in ("m", "mm", "cm") and set(words) & _REPORTED:
+    if last in ("x", "y") and unit in LENGTHS and set(words) & _REPORTED:
         return "cop", last, {last, *_REPORTED}
     if (last in ("x", "y") and set(words) & {
         "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
-    }) or (stem.lower() in ("x", "y") and unit in ("m", "mm", "cm", None)):  # fmt: skip
+    }) or (stem.lower() in ("x", "y") and unit in (*LENGTHS, None)):  # fmt: skip
         return "hole", last, {last}
     if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
@@ -361,6 +333,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
 
 def _meaning(word: str) -> Quantity | None:
     """What a word is of, by itself or by how it ends."""
+    if word[:1] == "f" and _WORDS.get(word[1:]) == "load" and len(word) > _F_OF:
+        return "load"  # Fref, Fsoll
     ends = (quantity for end, quantity in _COMPOUNDS if word.endswith(end))
     return _WORDS.get(word) or next(ends, None)
 
@@ -379,7 +353,7 @@ def _by_words(
         return "load", "", set(compact)
     if words in (["p"], ["p", "0"]):
         return "pressure", "", set(words)
-    if words and words[-1] in ("x", "y", "z") and unit in ("m", "mm", "cm"):
+    if words and words[-1] in ("x", "y", "z") and unit in LENGTHS:
         return "unknown", "", set()  # a place is no load, whatever it is a reference for
     for quantity in ("time", "load", "temperature", "direction", "repeat", "session", "phase",
                      "orientation", "placement", "contact", "pressure", "reading", "label",

@@ -12,7 +12,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, Plan, of, times
-from footcal_cli.sniff.units import split_unit
+from footcal_cli.sniff.units import LENGTHS, split_unit
 
 _OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
 _TO_M = {"mm": 1e-3, "cm": 1e-2}
@@ -105,7 +105,7 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
             forces.setdefault(key, []).append(column)
         elif column.quantity == "cop" and column.name.axis in "xy":
             places.setdefault((key, column.name.axis), []).append(column)
-        elif last in ("x", "y") and column.unit in ("m", "mm", "cm"):
+        elif last in ("x", "y") and column.unit in LENGTHS:
             places.setdefault((key, last), []).append(column)
     feet = {}
     for key, own in forces.items():

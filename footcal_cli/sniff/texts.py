@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
-from footcal_cli.sniff.names import NameGuess, orientation_in
+from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.said_weights import sums_of
+from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
+    FRACTION,
     HEXADECIMAL,
     IN_WORDS,
     PLUS_MINUS,
@@ -38,10 +41,15 @@ def units_beside(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         found = _UNIT_COLUMN.fullmatch(column.column)
         if found and len(column.words) == 1 and (unit := known_unit(column.words[0])):
             units[found[1]] = unit
+    for column, after in pairwise(columns):
+        # numbers without names, each with its unit in the next field: `1.02,lbs`
+        if len(after.words) == 1 and after.column.startswith("column_"):
+            units.setdefault(column.column, known_unit(after.words[0]))
     made = []
     for column in columns:
         stem = _VALUE_COLUMN.sub("", column.column)
-        unit = units.get(stem) if column.values is not None and column.unit is None else None
+        unit = units.get(column.column, units.get(stem))
+        unit = unit if column.values is not None and column.unit is None else None
         made.append(column if unit is None else replace(column, unit=unit))
     return made
 
@@ -56,7 +64,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     form = date_format(some) if some else None
     if form is not None:
         name = replace(name, quantity="time")
-        return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form)
+        since = _since_the_first(raw, form)
+        return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form, stamps=since)
     if words and (all(HEXADECIMAL.fullmatch(word) for word in words) or bare_hexadecimal(words)):
         values = np.array([float(int(word, 16)) for word in words])
         name = replace(name, quantity="reading" if np.ptp(values) > 0 else "other")
@@ -67,6 +76,12 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         name = replace(name, quantity="reading" if name.quantity == "label" else name.quantity)
         why = "means with their scatter, which is left out"
         return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
+    parts = [found for word in words if (found := FRACTION.fullmatch(word))]
+    if words and len(parts) == len(words) and len({found[2] for found in parts}) == 1:
+        values = np.array([float(found[1]) for found in parts])
+        why = f"numbers of {parts[0][2]} at full scale"
+        name = replace(name, quantity="reading")
+        return ColumnGuess(column, name, None, "likely", why, values, pattern=r"^([-+]?\d+)\s*/")
     nothing = words_for_nothing(words, any_word=name.quantity in (*MEASURED, "other"))
     if nothing:
         said = [str(v).strip().replace(",", ".") for v in raw.values.tolist()]
@@ -93,6 +108,17 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     codes = np.full(len(raw.values), -1)
     codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
     return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
+
+
+def _since_the_first(raw: RawColumn, form: str) -> FloatArray:
+    """Seconds since the first of some dates, shape (n,); NaN where there is none."""
+    import pandas as pd
+
+    words = pd.Series(
+        [None if e else str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True)]
+    )
+    dates = pd.to_datetime(words, format=form, errors="coerce", utc=True)
+    return np.asarray((dates - dates.dropna().min()).dt.total_seconds(), dtype=np.float64)
 
 
 def part_of_the_words(column: ColumnGuess) -> ColumnGuess:

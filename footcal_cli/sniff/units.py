@@ -35,6 +35,7 @@ GRAVITY_MPS2 = 9.80665
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
 """In kg."""
 TIMES = ("s", "ms", "us", "ns", "min", "h")
+LENGTHS = ("m", "mm", "cm", "in", "ft")
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
               "deg/s", "Hz", "rpm", "g0", *TIMES[1:])  # fmt: skip
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""

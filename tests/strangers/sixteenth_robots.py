@@ -169,14 +169,13 @@ def quadruped_sides_down(to: Path, rng: Rng) -> Made:
 def file_per_leg(to: Path, rng: Rng) -> Made:
     """A file for each leg of a hexapod, turned one after the other with its own attitude."""
     paths, truth = [], Truth()
-    for name, ours in (("L1", "fl"), ("L2", "ml"), ("L3", "hl"), ("R1", "fr"), ("R2", "mr"),
-                       ("R3", "hr")):  # fmt: skip
+    for name in ("L1", "L2", "L3", "R1", "R2", "R3"):
         made, wrench, rot = wrist(rng)
         head = "t,qw,qx,qy,qz,fx,fy,fz,tx,ty,tz"
         q = np.roll(rot.as_quat(), 1, axis=1)
         body = rows(0.01 * np.arange(len(q)), *q.T, *wrench.T, form="%.6g")
         paths.append(write(to / f"leg_{name}.csv", [head, *body]))
-        part = tool_truth(made, ours)
+        part = tool_truth(made, name)
         truth = Truth({**truth.values, **part.values}, {**truth.within, **part.within})
     return Made(paths, truth)
 
