@@ -29,6 +29,8 @@ from footcal_cli.tables.values import bare_hexadecimal
 
 FEW = 25
 """A load takes no more than so many values, and so many sensors have a name."""
+_EVENTS = 0.5
+"""Share of empty cells from which a column holds events."""
 MEAN_IN_A_CELL = r"^([-+]?[\d.,]+)"
 _UNIT_COLUMN = re.compile(r"(?i)(.*?)[\W_]*(?:unit|units|einheit)\W*")
 _VALUE_COLUMN = re.compile(r"(?i)[\W_]*(?:value|wert|val)?\W*$")
@@ -91,7 +93,7 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         ])  # fmt: skip
         why = f"numbers; {', '.join(nothing)} is taken for no reading"
         return ColumnGuess(column, name, unit, "likely", why, numbers, missing=nothing)
-    weighed = _with_units(column, name, words) or _among_words(column, name, words, raw)
+    weighed = _with_units(column, name, words, raw) or _among_words(column, name, words, raw)
     weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
         return weighed
@@ -131,8 +133,15 @@ def part_of_the_words(column: ColumnGuess) -> ColumnGuess:
     return column.as_quantity("other", "likely", "never changes")
 
 
-def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess | None:
-    """A column of numbers with their units beside them; None where it is none."""
+def _with_units(
+    column: str, name: NameGuess, words: list[str], raw: RawColumn
+) -> ColumnGuess | None:
+    """A column of numbers with their units beside them; None where it is none.
+
+    Mostly empty cells are events: what was put on there holds.
+    """
+    if raw.empty.mean() > _EVENTS:
+        return None
     pairs = [with_unit(word) for word in words]
     plain = [word for word, pair in zip(words, pairs, strict=True) if pair is None]
     if not words or not any(pairs) or any(word.strip("0., ") for word in plain):
@@ -146,7 +155,7 @@ def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess |
         unit = units.pop()
         numbers = np.array([float(p[0].replace(",", ".")) for p in pairs if p])
         return ColumnGuess(
-            column, name, unit, "likely", "numbers with their unit", numbers,
+            column, name, unit, "likely", "numbers with their unit", _in_their_rows(numbers, raw),
             pattern=r"([-+]?[\d.,]+)",
         )  # fmt: skip
     if not units <= MASSES.keys() and not units <= WEIGHTS.keys():
@@ -156,9 +165,16 @@ def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess |
         float(p[0].replace(",", ".")) * sizes[known_unit(p[1]) or one] if p else 0.0 for p in pairs
     ])  # fmt: skip
     return ColumnGuess(
-        column, name, one, "likely", "numbers with their units", numbers,
+        column, name, one, "likely", "numbers with their units", _in_their_rows(numbers, raw),
         pattern=r"([-+]?[\d.,]+)\s*(?P<unit>[A-Za-z]*)",
     )  # fmt: skip
+
+
+def _in_their_rows(numbers: FloatArray, raw: RawColumn) -> FloatArray:
+    """Numbers of the cells that are not empty, shape (n,), NaN in all others."""
+    found = np.full(len(raw.values), np.nan)
+    found[~raw.empty] = numbers
+    return found
 
 
 def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) -> ColumnGuess | None:

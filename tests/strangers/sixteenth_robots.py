@@ -231,7 +231,7 @@ def plate_of_four_corners(to: Path, rng: Rng) -> Made:
             for _ in range(3):
                 fz = 100 * share / gain + rng.normal(0, 0.03, 4)
                 lines.append(f"{x};{y};100;" + ";".join(f"{v:.3f}".replace(".", ",") for v in fz))
-    return Made([write(to / "platte.csv", lines)], says="x_m")
+    return Made([write(to / "platte.csv", lines)], says="sit")
 
 
 def points_in_inches(to: Path, rng: Rng) -> Made:
