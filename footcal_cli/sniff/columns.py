@@ -186,6 +186,7 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = _without_silent([_numbered(column) for column in _one_statistic(columns)])
     found = _only_numbers(one_time(first_in_time(found)))
+    found = _newtons(found)
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
@@ -193,6 +194,16 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
     return found
+
+
+def _newtons(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A column that is called ``N`` and counts no rows is a load in newtons, where no other is."""
+    others = any(c.quantity in ("load", "force") for c in columns)
+    named = [c for c in columns if c.column.strip() == "N" and c.quantity == "sequence"]
+    if others or len(named) != 1 or named[0].values is None or increases(named[0].values):
+        return columns
+    load = named[0].as_quantity("load", "guess", "newtons: it counts no rows")
+    return [replace(load, unit="N") if c is named[0] else c for c in columns]
 
 
 def _one_statistic(columns: list[ColumnGuess]) -> list[ColumnGuess]:
@@ -281,9 +292,6 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
         return column.as_quantity("force", "likely", "its unit is that of a force")
-    if column.column.strip() == "N" and not increases(values):
-        why = "newtons: it counts no rows"
-        return replace(column.as_quantity("load", "guess", why), unit="N")
     far = np.nan_to_num(np.abs(values)).max(initial=0.0) > _COUNTS_UP_TO * values.size
     if column.quantity == "sequence" and far and not increases(values, strictly=False):
         return column.as_quantity("unknown", "guess", "called a number, but counts no rows")
