@@ -78,10 +78,8 @@ def test_transducers_in_series_are_compared_by_the_guessed_recipe(
     own = repository / "recipes/icub_four_ft.toml"
     found = []
     for out, words in (("guess", ()), ("own", (log,))):
-        chosen = recipe if out == "guess" else own
-        done = run(
-            "pose-calib", *words, "--recipe", chosen, "--out", tmp_path / out, "--no-pictures"
-        )
+        words = (*words, "--recipe", recipe if out == "guess" else own, "--no-pictures")
+        done = run("pose-calib", *words, "--out", tmp_path / out)
         assert done.exit_code == 0, done.err
         rows = json.loads((tmp_path / out / "rmse.json").read_text())["rows"]
         found.append([row["rmse"] for row in rows])

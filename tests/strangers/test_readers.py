@@ -129,7 +129,7 @@ def test_how_transducers_at_feet_are_turned(tmp_path: Path) -> None:
     share = 0.5 + 0.4 * np.sin(3 * t)
     columns, names = [t], ["time_s"]
     for side, part in (("left", share), ("right", 1 - share)):
-        force = 50 * part[:, None] * (acc + [0, 0, 9.81]) + rng.normal(0, 1, (n, 3))
+        force = 50 * part[:, None] * (acc + np.array([0, 0, 9.81])) + rng.normal(0, 1, (n, 3))
         wrench = np.hstack([mount.inv().apply(force), rng.normal(0, 0.1, (n, 3))])
         columns += list(wrench.T)
         names += [f"{side}_ankle_{a}" for a in ("fx", "fy", "fz", "tx", "ty", "tz")]
