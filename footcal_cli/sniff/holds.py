@@ -8,7 +8,7 @@ from footcal_cli.core.bench.plateaus import PlateauOptions, find_plateaus
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.plan import Blank
 
-_FEWEST, _ROWS_A_HOLD = 3, 8
+_FEWEST, _MOST, _ROWS_A_HOLD = 3, 60, 8
 _SHORT_S = 4.0
 """Holds shorter than this need other options: by default 3 s of them must stand still."""
 
@@ -17,7 +17,7 @@ def short_holds(time_s: FloatArray, load: FloatArray) -> tuple[str, ...]:
     """Options for a recording whose known load stays for less than 4 s at a time; empty otherwise.
 
     Half of the shortest hold must stand still, looked at in windows of a third of it. A load that
-    never stays has no holds.
+    takes many values, as that of a reference in motion, has no such holds.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def short_holds(time_s: FloatArray, load: FloatArray) -> tuple[str, ...]:
     good = np.isfinite(time_s) & np.isfinite(load)
     at, put = time_s[good], load[good]
     starts = np.flatnonzero(np.r_[True, np.diff(put) != 0])
-    if starts.size < _FEWEST or put.size < _ROWS_A_HOLD * starts.size:
+    if not _FEWEST <= starts.size <= _MOST or put.size < _ROWS_A_HOLD * starts.size:
         return ()
     shortest = float(np.diff(np.r_[at[starts], at[-1]]).min())
     if not 0 < shortest < _SHORT_S:
