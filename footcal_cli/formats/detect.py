@@ -50,6 +50,8 @@ def _of_texts(path: Path) -> str:
         return "logs"
     with path.open("rb") as stream:
         text = stream.read(2**16).decode("utf-8", errors="replace")
+        if text.lstrip().startswith(("{", "[")):  # one document, to be seen whole
+            text += stream.read(2**26).decode("utf-8", errors="replace")
     if is_of_documents(text):
         return "documents"
     kinds = {"": "logs", "HTML": "webpages", "JSON": "lines", "Python": "lines"}

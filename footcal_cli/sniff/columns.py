@@ -39,7 +39,7 @@ from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
-from footcal_cli.tables.pivot import own_names, pivoted_names
+from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
@@ -105,7 +105,9 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     columns = joined_registers(columns)
     pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
     if pivot is not None:
+        rare = sorted({*labels_of([raw[name] for name in pivot.by])} - {*pivot.labels})
         said = f"a row for each of {', '.join(pivot.labels)}, made one row per sample"
+        said += f"; rows of {', '.join(rare)} are left out" * bool(rare)
         turned = pivoted_names(names, pivot, path)
         below = tuple(units.get(own_names([name], pivot)[-1], "") for name in turned)
         layout = replace(text.layout, pivot=pivot)

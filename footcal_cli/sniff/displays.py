@@ -19,7 +19,8 @@ _FLICKERS = 0.05
 def displayed(group: Sequence[FileGuess]) -> bool:
     """Whether a load in every file flickers about one value, another in each: a scale's display."""
     loads = [file.of("load") for file in group]
-    if any(len(own) != 1 or own[0].values is None for own in loads):
+    # a load that is called one may be a reference, which knows better than a file's name
+    if any(len(own) != 1 or own[0].values is None or own[0].sure != "guess" for own in loads):
         return False
     values = [numbers_of(own[0]) for own in loads]
     apart = np.ptp([np.nanmedian(v) for v in values])

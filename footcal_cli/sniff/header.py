@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from footcal_cli.sniff.names import STATISTICS
+from footcal_cli.sniff.names import STATISTICS, name_guess
 from footcal_cli.sniff.rows import Body, fields_of, filled_fields
 from footcal_cli.sniff.tokens import is_number
 from footcal_cli.sniff.units import known_unit, looks_like_units, split_unit
@@ -120,7 +120,10 @@ def names_otherwise(above: Sequence[tuple[int, str]], body: Body) -> tuple[int, 
             fields = [field.strip() for field in line.split(separator)]
             if separator == body.separator or len(fields) + body.indented != body.width:
                 continue
-            if len(fields) > 1 and all(fields) and not any(is_number(f, ".") for f in fields):
+            known = [name_guess(field).quantity != "unknown" for field in fields]
+            if any(is_number(field, ".") for field in fields) or not all(fields):
+                continue
+            if len(fields) > 1 and sum(known) * 2 >= len(known):
                 return at, [*[""] * body.indented, *fields]
     return None
 

@@ -33,6 +33,7 @@ _EXPLAINED = 0.999
 """How much of a reading's variance a load explains that is the whole load."""
 _BENT, _ALL_BUT = 0.995, 0.02
 """What a load explains at most where another column belongs to it; what their product leaves."""
+_LEAST_ROWS = 6
 _BARE = {"g": "g", "st": "stone", "stone": "stone"}
 """Names that are a unit of a load only beside one in another unit."""
 
@@ -194,6 +195,8 @@ def belongs_to(
             continue
         if values.size != load.size or not np.isfinite(values).all() or np.ptp(values) == 0:
             continue
+        if load.size < _LEAST_ROWS:
+            return None
         left = [
             (1 - straightness(load * values, r)) / (1 - straightness(load, r)) for r in read
         ]  # fmt: skip

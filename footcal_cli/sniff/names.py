@@ -333,7 +333,10 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
 
 def _meaning(word: str) -> Quantity | None:
     """What a word is of, by itself or by how it ends."""
-    if word[:1] == "f" and _WORDS.get(word[1:]) == "load" and len(word) > _F_OF:
+    stem = word[1:]
+    if word[:1] == "f" and _WORDS.get(stem) == "load" and len(word) > _F_OF and (
+        stem not in STATISTICS
+    ):  # fmt: skip
         return "load"  # Fref, Fsoll
     ends = (quantity for end, quantity in _COMPOUNDS if word.endswith(end))
     return _WORDS.get(word) or next(ends, None)

@@ -171,9 +171,10 @@ def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
             continue
         if np.nan_to_num(np.abs(values)).max(initial=0.0) <= _WHOLE_TURN_DEG:
             found.setdefault(last[1], column)
+    one = sum(c.name.axis == "fx" for c in file.of("force")) == 1
     others = "".join(
         letter for letter, c in found.items()
-        if letter not in "XYZ" and c.quantity != "time" and np.nanstd(numbers_of(c)) > 0
+        if one and letter not in "XYZ" and c.quantity != "time" and np.nanstd(numbers_of(c)) > 0
     )  # fmt: skip
     for letters, angles in (
         ("WPR", ("roll", "pitch", "yaw")), ("ABC", ("yaw", "pitch", "roll")),

@@ -55,7 +55,10 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     rows_of = Counter(words.tolist())
     most = max(rows_of.values())
     # a line at the end of an archive is no sample of a variable
-    labels = tuple(label for label, count in rows_of.items() if count > _RARE * most)
+    labels = tuple(
+        label for label, count in rows_of.items()
+        if count > _RARE * most or name_guess(label).quantity == "load"
+    )  # fmt: skip
     rows = [np.flatnonzero(words == label) for label in labels]
     least = min(own.size for own in rows)
     if not 1 < len(labels) <= _MOST or least < _LEAST_ROWS:

@@ -79,7 +79,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         why = "means with their scatter, which is left out"
         return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
     parts = [found for word in words if (found := FRACTION.fullmatch(word))]
-    if words and len(parts) == len(words) and len({found[2] for found in parts}) == 1:
+    full = {int(found[2]) for found in parts}
+    if words and len(parts) == len(words) and len(full) == 1 and _full_scale(full.pop()):
         values = np.array([float(found[1]) for found in parts])
         why = f"numbers of {parts[0][2]} at full scale"
         name = replace(name, quantity="reading")
@@ -110,6 +111,12 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     codes = np.full(len(raw.values), -1)
     codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
     return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
+
+
+def _full_scale(number: int) -> bool:
+    """Whether a number is the largest of a converter, or a power of ten."""
+    ends = number & (number + 1) == 0 or number & (number - 1) == 0
+    return ends or re.fullmatch("10+", str(number)) is not None
 
 
 def _since_the_first(raw: RawColumn, form: str) -> FloatArray:
