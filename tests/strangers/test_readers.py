@@ -143,3 +143,24 @@ def test_how_transducers_at_feet_are_turned(tmp_path: Path) -> None:
     said = [x for table in plan.robot for x in table.splitlines() if x.startswith("transducer_rot")]
     assert len(said) == 2
     assert all("[0, -1.570796, 0]" in line for line in said)
+
+
+def test_a_plate_keeps_its_number(tmp_path: Path, run: Run) -> None:
+    """The fourth of four plates, and the second alone in an OpenSim table, are called so."""
+    rng, n = np.random.default_rng(2), 400
+    logs = []
+    for number in (1, 2, 3, 4):
+        force = rng.normal(0 if number < 4 else 700, 1, n)
+        head = "time_s,force_z_n,cop_x_m,cop_y_m"
+        places = (0.01 * rng.standard_normal(n), 0.01 * rng.standard_normal(n))
+        log = _written(tmp_path / f"plate_{number}.csv", head, np.arange(n) / 100, force, *places)
+        logs.append(log)
+    recipe = tmp_path / "four.toml"
+    assert run("init", *logs, "-o", recipe).exit_code == 0
+    assert "[robot.feet.plate_4]" in recipe.read_text()
+    head = "time," + ",".join(f"2_ground_force_{a}" for a in ("vx", "vy", "vz", "px", "py", "pz"))
+    columns = [rng.normal(700 if i == 1 else 0, 1, n) for i in range(3)]
+    columns += [0.01 * rng.standard_normal(n) for _ in range(3)]
+    plan = plan_of(guess_file(_written(tmp_path / "o.csv", head, np.arange(n) / 100, *columns)))
+    assert plan is not None
+    assert "plate_2_fz_n" in plan.entries
