@@ -34,6 +34,8 @@ from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""
+_UNEVEN = 0.3
+"""How much the length of what should be gravity may change, as a share of it."""
 _TURNED = 0.05
 """Variance of the direction of gravity from which an attitude can be distinguished from another."""
 REACTS = (
@@ -386,6 +388,8 @@ def _directions(file: FileGuess) -> Reading | None:
             continue
         values = sign * _table([found[a] for a in "xyz"])
         size = np.linalg.norm(values, axis=1, keepdims=True)
+        if np.nanstd(size) > _UNEVEN * np.nanmean(size):
+            continue  # no direction of gravity: it was taken out, or the sensor is shaken
         entries = {f"gravity_{a}": replace(of(c), unit=None) for a, c in found.items()}
         if sign < 0:
             why = "an accelerometer at rest reads what points up"

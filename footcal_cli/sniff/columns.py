@@ -50,6 +50,7 @@ _DIFFERENT = 4
 _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
 _LEAST_SUMMARIES = 3
+_LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
 _COUNTS_UP_TO = 100
 """How far a column that numbers rows or poses may count, in rows."""
 
@@ -195,6 +196,7 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         others = [c for c in counted if c.quantity in ("reading", "unknown")]
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
+        return _straightest(found)
     return found
 
 
@@ -206,6 +208,28 @@ def _newtons(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         return columns
     load = named[0].as_quantity("load", "guess", "newtons: it counts no rows")
     return [replace(load, unit="N") if c is named[0] else c for c in columns]
+
+
+def _straightest(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """In a table without names, the round column that all others are straight in is the load.
+
+    It takes fewer values than any of them: weights come again, noisy readings do not.
+    """
+    plain = [c for c in columns if c.quantity == "unknown" and c.values is not None]
+    nameless = all(c.column.startswith("column_") for c in plain)
+    if not nameless or len(plain) < 2 or numbers_of(plain[0]).size < _LEAST_ROWS:
+        return columns
+    sizes = [np.unique(numbers_of(c)).size for c in plain]
+    fewest = int(np.argmin(sizes))
+    load, others = plain[fewest], [c for c in plain if c is not plain[fewest]]
+    values = numbers_of(load)
+    whole = np.all(np.abs(values * 1000 - np.round(values * 1000)) < _NICE_STEPS)
+    if sizes.count(min(sizes)) > 1 or not whole or np.abs(values).max(initial=0.0) > _LARGEST:
+        return columns
+    if min(straightness(values, numbers_of(c)) for c in others) < _STRAIGHT:
+        return columns
+    taken = load.as_quantity("load", "guess", "round values that all others are straight in")
+    return [taken if c is load else c for c in columns]
 
 
 def _one_statistic(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -134,6 +134,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
                 return made
         elif (
             plan is not None and not first.of("label") and len(set(names.middle)) > 1
+            and _loads_named(names) is None  # a load that was asked for, not a cell
             and not any(re.fullmatch(r"[\d_-]*", word) for word in names.middle)
         ):  # fmt: skip
             return Part(_weights_per_channel(plan, names), paths, names.match)

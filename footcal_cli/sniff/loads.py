@@ -33,7 +33,7 @@ _EXPLAINED = 0.999
 """How much of a reading's variance a load explains that is the whole load."""
 _BENT, _ALL_BUT = 0.995, 0.02
 """What a load explains at most where another column belongs to it; what their product leaves."""
-_LEAST_ROWS = 6
+_LEAST_ROWS, _AS_MANY = 6, 2
 _BARE = {"g": "g", "st": "stone", "stone": "stone"}
 """Names that are a unit of a load only beside one in another unit."""
 
@@ -113,6 +113,10 @@ def loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGues
         plain = [c for c in file.of("force") if c.name.axis in ("", "fz")]
         if not forces and len(plain) == 1 and others and plain[0] not in others:
             forces = plain
+        if len(forces) > 1 and others and all(c.unit in LOADS for c in forces):
+            twice = [c.as_quantity("load", "likely", "a load twice") for c in forces]
+            if not unlike(twice, others):
+                return _closest(twice, others), others
         if len(forces) == 1 and others:
             why = "a force beside readings that are none"
             return [forces[0].as_quantity("load", "likely", why)], others
@@ -161,14 +165,16 @@ def _closest(loads: list[ColumnGuess], cells: Sequence[ColumnGuess]) -> list[Col
     if len(loads) == len(cells) or any(c.unit not in LOADS for c in loads):
         return loads
     read = [numbers_of(c) for c in cells]
-    left = {
-        c.column: sum(
-            1 - straightness(numbers_of(c), r) for r in read if r.size == np.size(c.values)
-        )
-        for c in loads
-    }
+    left = {}
+    for load in loads:
+        put = numbers_of(load)
+        left[load.column] = float(np.sum([1 - straightness(put, r) for r in read
+                                          if r.size == put.size]))  # fmt: skip
     named = [c for c in loads if not NOMINAL & set(words_of(c.column))] or loads
-    best = min(named, key=lambda c: left[c.column])
+    # what changes while a load stays is a display, or a reference cell: its name must say so
+    levels = np.unique(numbers_of(named[0])).size
+    steady = [c for c in named if np.unique(numbers_of(c)).size <= _AS_MANY * levels]
+    best = min(steady, key=lambda c: left[c.column])
     first = named[0]
     if left[best.column] < _CLOSER * left[first.column]:
         first = replace(best, why="the readings follow it closest of all loads")

@@ -331,7 +331,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     return _by_words(words, compact, unit)
 
 
-def _meaning(word: str) -> Quantity | None:
+def _meant(word: str) -> Quantity | None:
     """What a word is of, by itself or by how it ends."""
     stem = word[1:]
     if word[:1] == "f" and _WORDS.get(stem) == "load" and len(word) > _F_OF and (
@@ -361,7 +361,7 @@ def _by_words(
     for quantity in ("time", "load", "temperature", "direction", "repeat", "session", "phase",
                      "orientation", "placement", "contact", "pressure", "reading", "label",
                      "sequence", "other"):  # fmt: skip
-        said = [w for w in compact if _meaning(w) == quantity]
+        said = [w for w in compact if _meant(w) == quantity]
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV"):
                 return "reading", "", set(said)

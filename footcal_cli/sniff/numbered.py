@@ -62,6 +62,10 @@ def numbered(file: FileGuess) -> FileGuess:
     if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
         made |= _quaternion(stems)
     made |= _wrenches(file, stems, made)
+    felt_by = sum(c.name.axis == "fx" for c in made.values())
+    beside = [c for stem, c in stems.items() if len(c) == len(AXES) and c[0].column not in made]
+    if felt_by == len(beside) == 1 and not file.of("quaternion", "angle", "matrix", "gravity"):
+        made |= _pose(beside[0])  # six numbers beside a wrench
     if not file.of("angle", "gravity", "matrix", "acceleration", "quaternion") and not any(
         c.quantity in ("quaternion", "angle", "matrix") for c in made.values()
     ):

@@ -39,7 +39,10 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     raw
         The same columns as the file holds them.
     """
-    named = [c for c in columns if c.quantity in _LABELS and len(c.words) > 1]
+    named = [
+        c for c in columns
+        if len(c.words) > 1 and (c.quantity in _LABELS or (c.words and _tell_loads(c)))
+    ]  # fmt: skip
     named = [c for c in named if c.codes is not None and np.all(c.codes >= 0)]
     measured = [c for c in columns if c.quantity in _MEASURED and c.values is not None]
     loaded = any(c.quantity == "load" and c.values is not None for c in columns)

@@ -25,7 +25,7 @@ from footcal_cli.sniff.tokens import (
 )
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 from footcal_cli.tables.rawcolumn import RawColumn
-from footcal_cli.tables.values import bare_hexadecimal
+from footcal_cli.tables.values import bare_hexadecimal, since_the_first
 
 FEW = 25
 """A load takes no more than so many values, and so many sensors have a name."""
@@ -46,7 +46,8 @@ def units_beside(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     for column, after in pairwise(columns):
         # numbers without names, each with its unit in the next field: `1.02,lbs`
         if len(after.words) == 1 and after.column.startswith("column_"):
-            units.setdefault(column.column, known_unit(after.words[0]))
+            unit = known_unit(after.words[0])
+            units |= {column.column: unit} if unit else {}
     made = []
     for column in columns:
         stem = _VALUE_COLUMN.sub("", column.column)
@@ -66,7 +67,7 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     form = date_format(some) if some else None
     if form is not None:
         name = replace(name, quantity="time")
-        since = _since_the_first(raw, form)
+        since = since_the_first(raw, form)
         return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form, stamps=since)
     if words and (all(HEXADECIMAL.fullmatch(word) for word in words) or bare_hexadecimal(words)):
         values = np.array([float(int(word, 16)) for word in words])
@@ -117,17 +118,6 @@ def _full_scale(number: int) -> bool:
     """Whether a number is the largest of a converter, or a power of ten."""
     ends = number & (number + 1) == 0 or number & (number - 1) == 0
     return ends or re.fullmatch("10+", str(number)) is not None
-
-
-def _since_the_first(raw: RawColumn, form: str) -> FloatArray:
-    """Seconds since the first of some dates, shape (n,); NaN where there is none."""
-    import pandas as pd
-
-    words = pd.Series(
-        [None if e else str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True)]
-    )
-    dates = pd.to_datetime(words, format=form, errors="coerce", utc=True)
-    return np.asarray((dates - dates.dropna().min()).dt.total_seconds(), dtype=np.float64)
 
 
 def part_of_the_words(column: ColumnGuess) -> ColumnGuess:

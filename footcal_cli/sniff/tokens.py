@@ -32,6 +32,12 @@ IN_WORDS = re.compile(
     r"(?<![\w.+-])(?<!\d,)([-+]?\d+(?:[.,]\d+)?)\s*(kg|g|mg|N|kN|mN|lb|lbs|lbf|oz|kgf|gf)(?!\w)"
 )
 """A weight with its unit among words."""
+SUM_OF_WEIGHTS = re.compile(
+    r"(?:\d{1,2}\s*[x×*]\s*)?{0}(?:\s*(?:\+|&|and|plus|und|et)\s*(?:\d{1,2}\s*[x×*]\s*)?{0})*".replace(
+        "{0}", r"\d+(?:[.,]\d+)?\s*(?:kg|g|mg|N|kN|mN|lb|lbs|lbf|oz|kgf|gf)"
+    )
+)
+"""Weights that lie there together: ``1 lb + 2.5 lb``, ``2 x 500 g``."""
 HEXADECIMAL = re.compile(r"0[xX][0-9A-Fa-f]{1,12}")
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-nan", "inf", "-inf", "-", "--", "#n/a",
            "#div/0!", "#value!", "#ref!", "#num!", "#name?", "#null!"}  # fmt: skip
@@ -68,7 +74,7 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
         return 1.0
     if PLUS_MINUS.fullmatch(text):
         return 1.0
-    if with_unit(text) or FRACTION.fullmatch(text):
+    if with_unit(text) or FRACTION.fullmatch(text) or SUM_OF_WEIGHTS.fullmatch(text):
         return 0.7
     return 0.1 if _WORD.fullmatch(text) else -1.0
 

@@ -16,7 +16,7 @@ _BARS = str.maketrans(dict.fromkeys("|│┃║¦", " "))
 _DRAWN = r"[\s|+:.'=_│┃║├┤┼╞╡╪╫┌┐└┘┬┴─━═╌╴╶-]*"
 _RULE = re.compile(
     rf"{_DRAWN}(?:-{{3,}}|[─━═]{{2}}|={{3,}}){_DRAWN}|[\s|:+-]*\|[\s|:+-]*-[\s|:+-]*"
-    rf"|\s*\\[A-Za-z]+\b[^&]*|\s*\{{\|.*|\s*\|\}}\s*"
+    rf"|\s*(?:```|~~~)\w*\s*|\s*\\[A-Za-z]+\b[^&]*|\s*\{{\|.*|\s*\|\}}\s*"
 )
 _ROW_END = re.compile(r"\\\\\s*(?:\\[A-Za-z]+\b[^&]*)?$")
 _DIGITS = str.maketrans({

@@ -13,7 +13,8 @@ READERS = {
     ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
     ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
     ".log": "logs", ".yaml": "documents", ".yml": "documents", ".xml": "records",
-    ".ini": "logs", ".parquet": "logs", ".pq": "logs", ".html": "webpages", ".htm": "webpages",
+    ".ini": "logs", ".toml": "logs", ".parquet": "logs", ".pq": "logs", ".html": "webpages",
+    ".htm": "webpages",
 }  # fmt: skip
 """Suffix -> module of the room `formats` that makes tables of such a file."""
 _BLOCK = re.compile(r"(?m)^(\s*)([A-Za-z_]\w*) \{[ \t]*$")
@@ -23,7 +24,7 @@ _FEWEST_BLOCKS = 2
 
 
 _CARD_LINE = re.compile(r"^\s*([^\W\d][^:=\[\]{}<>|]{0,40}?)\s*[:=]\s*(\S.*?)\s*$")
-_TITLE = re.compile(r"^\s*(?:\[[^\]]*\]|[-=*_#]{3,}.*)\s*$")
+_TITLE = re.compile(r"^\s*(?:\[+[^\]]*\]+|[-=*_#]{3,}.*)\s*$")
 _FEWEST_CARDS, _ALIKE = 3, 0.8
 
 
