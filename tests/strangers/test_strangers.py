@@ -20,6 +20,7 @@ from tests.strangers import (
     ninth,
     seen,
     seen_wrists,
+    seventeenth,
     seventh_bench,
     seventh_robots,
     seventh_wrists,
@@ -64,7 +65,9 @@ SAMPLE = (
     sixteenth_bench.repl_lists, sixteenth_robots.simulink_inspector,
     sixteenth_robots.sensor_logger_zyx, sixteenth_robots.epson_uvw,
     sixteenth_robots.melfa_positions, sixteenth_robots.quadruped_sides_down,
-    sixteenth_robots.kuka_rsi_xml, fourteenth_bench.tracer_daq, fourteenth_bench.openscale,
+    sixteenth_robots.kuka_rsi_xml, seventeenth.linear_acceleration, seventeenth.what_was_on,
+    seventeenth.reference_and_nominal_files, seventeenth.stamped_and_weighed,
+    seventeenth.ten_samples_a_row, fourteenth_bench.tracer_daq, fourteenth_bench.openscale,
 )  # fmt: skip
 
 
@@ -100,13 +103,14 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "fourteenth",
         "fifteenth",
         "sixteenth",
+        "seventeenth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
     shapes = {
         "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
         "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
-        "fifteenth": fifteenth.FIFTEENTH,
+        "fifteenth": fifteenth.FIFTEENTH, "seventeenth": seventeenth.SEVENTEENTH,
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),
