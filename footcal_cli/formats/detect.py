@@ -7,7 +7,7 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.formats.contract import Clock, Stream
-from footcal_cli.tables.foreign import READERS, is_of_documents, kind_of_records
+from footcal_cli.tables.foreign import READERS, is_of_cards, is_of_documents, kind_of_records
 
 
 def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
@@ -50,6 +50,10 @@ def _of_texts(path: Path) -> str:
         return "logs"
     with path.open("rb") as stream:
         text = stream.read(2**16).decode("utf-8", errors="replace")
+        if text.lstrip().startswith(("{", "[")):  # one document, to be seen whole
+            text += stream.read(2**26).decode("utf-8", errors="replace")
     if is_of_documents(text):
         return "documents"
-    return {"": "logs", "HTML": "webpages"}.get(kind_of_records(text), "records")
+    kinds = {"": "logs", "HTML": "webpages", "JSON": "lines", "Python": "lines"}
+    reader = kinds.get(kind_of_records(text), "records")
+    return "records" if reader == "logs" and is_of_cards(text) else reader

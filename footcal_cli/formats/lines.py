@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import gzip
 import io
 import json
@@ -100,10 +101,7 @@ def _each(stream: TextIO) -> Iterator[str]:
     first = stream.readline()
     rest = stream.read() if first.lstrip().startswith("[") or not _is_object(first) else ""
     if rest or not (second := stream.readline()):
-        try:
-            samples = _samples(json.loads(first + rest))
-        except json.JSONDecodeError:
-            samples = None
+        samples = _samples(_document(first + rest))
         if samples is not None:
             yield from map(json.dumps, samples)
             return
@@ -125,13 +123,16 @@ def _is_object(line: str) -> bool:
 def _samples(document: Any) -> list[Any] | None:
     """The samples of one document: a list, the list of objects in it, or lists of one length."""
     if isinstance(document, list):
-        return document
+        return _unfolded(document)
     if not isinstance(document, dict):
         return None
     lists = {name: value for name, value in document.items() if isinstance(value, list)}
     objects = [v for v in lists.values() if len(v) > 1 and all(isinstance(x, dict) for x in v)]
     if len(objects) == 1:
-        return objects[0]
+        return _unfolded(objects[0])
+    if len(objects) > 1 and len({len(own) for own in objects}) > 1:
+        named = {name: own for name, own in lists.items() if own in objects}
+        return [{"channel": name, **one} for name, own in named.items() for one in own]
     lengths = {len(value) for value in lists.values()}
     if len(lists) > 1 and len(lengths) == 1 and min(lengths) > 3:
         rows = zip(*lists.values(), strict=True)
@@ -139,6 +140,36 @@ def _samples(document: Any) -> list[Any] | None:
     inner = [value for value in document.values() if isinstance(value, dict)]
     found = [samples for one in inner if (samples := _samples(one)) is not None]
     return found[0] if len(found) == 1 else None
+
+
+def _unfolded(objects: list[Any]) -> list[Any]:
+    """Objects with a list of objects in each, as a row for each of these beside what is above it.
+
+    A calibration of several channels: each with its weights and what they gave.
+    """
+    inner = {
+        name for one in objects if isinstance(one, dict) for name, value in one.items()
+        if isinstance(value, list) and value and all(isinstance(x, dict) for x in value)
+    }  # fmt: skip
+    if len(inner) != 1 or not all(isinstance(one, dict) and inner <= one.keys() for one in objects):
+        return objects
+    name = inner.pop()
+    rows = [
+        {**{k: v for k, v in one.items() if k != name}, **own}
+        for one in objects
+        for own in one[name]
+    ]
+    return _unfolded(rows)
+
+
+def _document(text: str) -> Any:
+    """What a document says, in JSON or as Python prints it; None where it is neither."""
+    for read in (json.loads, ast.literal_eval):
+        try:
+            return read(text)
+        except (ValueError, SyntaxError, MemoryError, RecursionError):
+            pass
+    return None
 
 
 def _objects(path: Path) -> Iterator[tuple[int, dict[str, Any], list[str]]]:

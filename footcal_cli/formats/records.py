@@ -16,10 +16,15 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Array, Clock, Stream
-from footcal_cli.tables.foreign import is_xml
+from footcal_cli.formats.contract import Array, Clock, Stream, with_unit
+from footcal_cli.tables.foreign import cards, is_xml
+from footcal_cli.tables.units import SPELLINGS
 
 _LEAST = 2
+_ANOTHER_ROOT = 9
+"""Expat's code for an element behind the end of the document."""
+_DECLARATION = re.compile(r"<\?xml[^>]*\?>|<!DOCTYPE[^>]*>")
+_WEIGHED = re.compile(r"([-+]?\d+(?:\.\d+)?)\s*([A-Za-z]{1,4})")
 _PAIR = re.compile(r"^(?P<key>\"[^\"]*\"|'[^']*'|[^\s:#\[{][^:]*?)\s*:(?:\s+(?P<value>.*))?$")
 _DASH = re.compile(r"^(?P<indent>\s*)-\s+(?P<rest>\S.*)$")
 
@@ -33,20 +38,30 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
         No list of entries, or an XML document that breaks off.
     """
     text = path.read_text(encoding="utf-8-sig", errors="replace")
-    rows = _of_xml(path, text) if is_xml(text) else _of_yaml(text)
+    rows = _of_xml(path, text) if is_xml(text) else cards(text) or _of_yaml(text)
     if len(rows) < _LEAST:
         raise DataError(
             "no list of records", file=path,
             remedy="export one entry for each sample, or a table with its columns named",
         )  # fmt: skip
-    kind = "XML records" if is_xml(text) else "YAML records"
+    kind = "XML records" if is_xml(text) else "records"
     return (table_of(path.name.split(".")[0], kind, rows),)
 
 
 def table_of(name: str, kind: str, rows: Sequence[Mapping[str, str]]) -> Stream:
     """A stream of rows of texts by column; numbers where all texts of a column are some."""
     names = list(dict.fromkeys(name for row in rows for name in row))
-    return stream_of(name, kind, {n: _column([row.get(n, "") for row in rows]) for n in names})
+    columns = dict(_with_its_unit(n, [row.get(n, "") for row in rows]) for n in names)
+    return stream_of(name, kind, columns)
+
+
+def _with_its_unit(name: str, words: Sequence[str]) -> tuple[str, Array]:
+    """A column and its name; a unit that stands behind all its numbers stands behind the name."""
+    parted = [_WEIGHED.fullmatch(word.strip()) for word in words]
+    units = {found[2] for found in parted if found}
+    if len(units) != 1 or not all(parted) or units.isdisjoint(SPELLINGS):
+        return name, _column(words)
+    return with_unit(name, units.pop()), _column([found[1] for found in parted if found])
 
 
 def _column(words: Sequence[str]) -> Array:
@@ -73,6 +88,8 @@ def _of_xml(path: Path, text: str) -> list[dict[str, str]]:
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
+        if error.code == _ANOTHER_ROOT and not text.startswith("<all>"):
+            return _of_xml(path, f"<all>{_DECLARATION.sub('', text)}</all>")  # telegrams in a row
         raise DataError(
             f"not valid XML (truncated?): {error}", file=path, remedy="export it again"
         ) from None

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footcal_cli.core.bench.cop_study import FootStudy, study_cop
 from footcal_cli.core.bench.matrix import MatrixStudy, study_matrix
@@ -353,11 +354,21 @@ def read_placements(
     return found
 
 
+def _named_by_place(names: NDArray[np.str_], hole: FloatArray) -> NDArray[np.str_]:
+    """Names of points (n,), by their places (n, 2) where all bear one name."""
+    place = holes_of(hole)
+    several = 1 < len(np.unique(place)) <= len(place) / 2
+    if len(set(names.tolist())) > 1 or not several:
+        return names
+    return np.array([f"{1e3 * x:.1f}, {1e3 * y:.1f} mm" for x, y in hole])
+
+
 def read_cop_points(tables: Sequence[Table]) -> PlacementLog:
     """Reported CoP at known points of an instrument whose cells were not logged."""
     names = np.concatenate([table.text("placement") for table in tables])
     hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])
     cop = np.concatenate([table.numbers(["cop_x_m", "cop_y_m"]) for table in tables])
+    names = _named_by_place(names.astype(str), hole)
     _, index = np.unique(names.astype(str), return_inverse=True)
     n = len(names)
     rows = PlacementRows(

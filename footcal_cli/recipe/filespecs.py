@@ -19,7 +19,8 @@ class Place(Frozen):
     numbers, `factor` what they are multiplied by (−1 turns a sign), `format` that of dates as
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
-    unit, `nanoseconds` the column next to whole seconds, `plus` other columns that come on top and
+    unit, `nanoseconds` the column next to whole seconds, `high_word` the high one of two registers
+    of 16 bits (Modbus) whose low one is `column`, `plus` other columns that come on top and
     their units (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates
     texts, `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
@@ -39,6 +40,7 @@ class Place(Frozen):
     format: str | None = None
     factor: float | None = None
     nanoseconds: str = ""
+    high_word: str = ""
     plus: dict[str, str] = Field(default_factory=dict)
     wraps_at: float | None = Field(default=None, gt=0)
     summed: bool = False
@@ -65,6 +67,8 @@ class Place(Frozen):
             raise ValueError("summed, held, only_where and missing are for a column")
         if self.held and self.missing:
             raise ValueError("an empty cell means what stands above it, or nothing: held, missing")
+        if self.high_word and not self.column:
+            raise ValueError("high_word stands next to the column of low words")
         if self.nanoseconds and not self.column:
             raise ValueError("nanoseconds stand next to a column of whole seconds")
         if self.plus and (not self.column or self.unit is None):

@@ -26,13 +26,16 @@ from footcal_cli.core.spatial import (
 )
 from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import LETTERED, orientation_in
+from footcal_cli.sniff.names import LETTERED
 from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.tables.columns import AXIS_ANGLE, ROTVEC, RPY, XYZ, ZYZ
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 EXPLAINED = 0.1
 """Share of the forces' variance that may be left by the right attitude."""
+_UNEVEN = 0.3
+"""How much the length of what should be gravity may change, as a share of it."""
 _TURNED = 0.05
 """Variance of the direction of gravity from which an attitude can be distinguished from another."""
 REACTS = (
@@ -315,8 +318,12 @@ def _angles(file: FileGuess) -> list[Reading]:
     ]
     if all(angles[a].name.owner == LETTERED for a in angles) and "yaw" in angles:  # A, B, C
         columns = [angles[a] for a in ("yaw", "pitch", "roll")]
-        named = {n: of(c, unit) for n, c in zip(ZYZ, columns, strict=True)}
-        found += _worlds(named, _PROPER(_table(columns) * scale), _ZYZ_SAID)
+        for names, rotations, way in (
+            (ZYZ, _PROPER, _ZYZ_SAID), (RPY, rotations_of_rpy, "angles about x, y and z"),
+            (XYZ, _INTRINSIC, "angles about x, the turned y and the turned z"),
+        ):  # fmt: skip
+            named = {n: of(c, unit) for n, c in zip(names, columns, strict=True)}
+            found += _worlds(named, rotations(_table(columns) * scale), way)
     return found
 
 
@@ -381,6 +388,8 @@ def _directions(file: FileGuess) -> Reading | None:
             continue
         values = sign * _table([found[a] for a in "xyz"])
         size = np.linalg.norm(values, axis=1, keepdims=True)
+        if np.nanstd(size) > _UNEVEN * np.nanmean(size):
+            continue  # no direction of gravity: it was taken out, or the sensor is shaken
         entries = {f"gravity_{a}": replace(of(c), unit=None) for a, c in found.items()}
         if sign < 0:
             why = "an accelerometer at rest reads what points up"

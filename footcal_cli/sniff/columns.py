@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -22,8 +23,9 @@ from footcal_cli.sniff.clocks import (
     unwrapped_counter,
 )
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.names import STATISTICS, name_guess
 from footcal_cli.sniff.pivots import pivot_of
+from footcal_cli.sniff.registers import joined_registers
 from footcal_cli.sniff.silent import MEASURED, no_reading
 from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.texts import (
@@ -33,10 +35,11 @@ from footcal_cli.sniff.texts import (
     text_column,
     units_beside,
 )
+from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
-from footcal_cli.tables.pivot import own_names, pivoted_names
+from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
@@ -44,6 +47,10 @@ from footcal_cli.tables.sources import at_rows
 _NICE_STEPS = 1e-6
 _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
+_CENTRES = ("mean", "avg", "average", "median", "50%")
+_SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
+_LEAST_SUMMARIES = 3
+_LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
 _COUNTS_UP_TO = 100
 """How far a column that numbers rows or poses may count, in rows."""
 
@@ -87,19 +94,36 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         stamps = next(c.values for c in raw.values() if _stamps(c)).astype(np.float64)
         raw = at_rows(raw, ~raw[rows_of].empty, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
-    columns = [_column(name, raw[name], units.get(name, "")) for name in names]
+    raw = {name: _ungrouped(column, text.layout.thousands) for name, column in raw.items()}
+    called = said_by_names(names, path.name.split(".")[0], text.layout.pivot)
+    columns = [
+        _column(name, raw[name], units.get(name, ""), own)
+        for name, own in zip(names, called, strict=True)
+    ]
     if text.layout.line:
         columns = [part_of_the_words(column) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
+    columns = joined_registers(columns)
     pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
     if pivot is not None:
+        rare = sorted({*labels_of([raw[name] for name in pivot.by])} - {*pivot.labels})
         said = f"a row for each of {', '.join(pivot.labels)}, made one row per sample"
+        said += f"; rows of {', '.join(rare)} are left out" * bool(rare)
         turned = pivoted_names(names, pivot, path)
         below = tuple(units.get(own_names([name], pivot)[-1], "") for name in turned)
         layout = replace(text.layout, pivot=pivot)
         return _looked_at(path, replace(text, layout=layout, units=below, said=(*text.said, said)))
     rows = len(next(iter(raw.values())).values)
     return FileGuess(path, text, tuple(columns), rows, rate_of(columns), rows_of)
+
+
+def _ungrouped(column: RawColumn, sign: str) -> RawColumn:
+    """Texts without the sign between groups of thousands, as the reader leaves it out too."""
+    if column.kind != "text" or not sign:
+        return column
+    grouped = re.compile(rf"(?<=\d){re.escape(sign)}(?=\d{{3}}(?!\d))")
+    words = [grouped.sub("", w) if isinstance(w, str) else w for w in column.values.tolist()]
+    return replace(column, values=np.array(words, dtype=object))
 
 
 def topic(raw: Mapping[str, RawColumn]) -> str:
@@ -129,11 +153,12 @@ def _stamps(column: RawColumn) -> bool:
     return bool(np.all(np.diff(column.values) >= 0) and column.values[0] != column.values[-1])
 
 
-def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
-    name = name_guess(column)
+def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGuess:
+    """One column, by its numbers and by what of its name says what it is."""
+    name = name_guess(called)
     below = known_unit(unit_row)
     if below and name.unit is None:
-        name = replace(name_guess(f"{column} [{below}]"), unit=None)
+        name = replace(name_guess(f"{called} [{below}]"), unit=None)
     unit, said = below or name.unit, "its name" + (" and its row of units" if below else "")
     if below and name.unit and name.unit not in (below, "count"):
         unit, said = None, f"its name says {name.unit}, the row of units {below}"
@@ -162,15 +187,63 @@ def _column(column: str, raw: RawColumn, unit_row: str) -> ColumnGuess:
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = _without_silent([_numbered(column) for column in columns])
+    found = _without_silent([_numbered(column) for column in _one_statistic(columns)])
     found = _only_numbers(one_time(first_in_time(found)))
+    found = _newtons(found)
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
         others = [c for c in counted if c.quantity in ("reading", "unknown")]
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
+        return _straightest(found)
     return found
+
+
+def _newtons(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A column that is called ``N`` and counts no rows is a load in newtons, where no other is."""
+    others = any(c.quantity in ("load", "force") for c in columns)
+    named = [c for c in columns if c.column.strip() == "N" and c.quantity == "sequence"]
+    if others or len(named) != 1 or named[0].values is None or increases(named[0].values):
+        return columns
+    load = named[0].as_quantity("load", "guess", "newtons: it counts no rows")
+    return [replace(load, unit="N") if c is named[0] else c for c in columns]
+
+
+def _straightest(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """In a table without names, the round column that all others are straight in is the load.
+
+    It takes fewer values than any of them: weights come again, noisy readings do not.
+    """
+    plain = [c for c in columns if c.quantity == "unknown" and c.values is not None]
+    nameless = all(c.column.startswith("column_") for c in plain)
+    if not nameless or len(plain) < 2 or numbers_of(plain[0]).size < _LEAST_ROWS:
+        return columns
+    sizes = [np.unique(numbers_of(c)).size for c in plain]
+    fewest = int(np.argmin(sizes))
+    load, others = plain[fewest], [c for c in plain if c is not plain[fewest]]
+    values = numbers_of(load)
+    whole = np.all(np.abs(values * 1000 - np.round(values * 1000)) < _NICE_STEPS)
+    if sizes.count(min(sizes)) > 1 or not whole or np.abs(values).max(initial=0.0) > _LARGEST:
+        return columns
+    if min(straightness(values, numbers_of(c)) for c in others) < _STRAIGHT:
+        return columns
+    taken = load.as_quantity("load", "guess", "round values that all others are straight in")
+    return [taken if c is load else c for c in columns]
+
+
+def _one_statistic(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Of count, mean, scatter and quartiles of one reading, the mean (else the median) is it."""
+    said = {c.column: c for c in columns if c.column.lower() in _SUMMARIES and c.values is not None}
+    by_name = {name.lower(): name for name in said}
+    taken = next((by_name[name] for name in _CENTRES if name in by_name), "")
+    if not taken or len(said) < _LEAST_SUMMARIES:
+        return columns
+    why = "a statistic of what was read"
+    return [
+        c.as_quantity("reading", "likely", f"{why}: its centre") if c.column == taken
+        else c.as_quantity("other", "likely", why) if c.column in said else c for c in columns
+    ]  # fmt: skip
 
 
 def _signs_by_load(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
+from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
@@ -107,9 +108,14 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         return plates
     six = wrenches(numbered(first))
     stated = first.of("load") or first.of("label")
+    if _loads_named(names) is not None and readings(first) and displayed(group):
+        # a display beside the reading: what the files are called after was put on
+        made = _per_load([without_display(file) for file in group], names)
+        if made is not None:
+            return made
     if len(stated) == len(first.of("load")) == 1 and not six and not readings(first):
         # the names say what was put on, the column what the display made of it
-        shown = [_as_reading(file) for file in group]
+        shown = [as_reading(file) for file in group]
         if (made := _per_load(shown, names)) is not None:
             return made
     if len(six) == 1 and not stated:
@@ -128,6 +134,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
                 return made
         elif (
             plan is not None and not first.of("label") and len(set(names.middle)) > 1
+            and _loads_named(names) is None  # a load that was asked for, not a cell
             and not any(re.fullmatch(r"[\d_-]*", word) for word in names.middle)
         ):  # fmt: skip
             return Part(_weights_per_channel(plan, names), paths, names.match)
@@ -170,15 +177,6 @@ def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
         warnings=(*plan.warnings, *found.warnings),
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
-
-
-def _as_reading(file: FileGuess) -> FileGuess:
-    """A log whose only load is what was read."""
-    why = "a load in every file, whose names say others"
-    return replace(file, columns=tuple(
-        c.as_quantity("reading", "likely", why) if c.quantity == "load" else c
-        for c in file.columns
-    ))  # fmt: skip
 
 
 def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
@@ -294,7 +292,10 @@ def _per_leg(plan: Plan, names: _Names) -> Plan:
     """One file per leg where the files' names say so; else all are of one transducer."""
     addresses = [name_guess(word) for word in names.middle]
     legs = {word: a.address for word, a in zip(names.middle, addresses, strict=True)}
-    named = all(a.side or a.place for a in addresses) and len(set(legs.values())) == len(legs)
+    named = all(a.side or a.place for a in addresses)
+    if named and all(re.fullmatch(r"[A-Za-z]{1,2}_?\d", word) for word in legs):
+        legs = {word: word for word in legs}  # L1 L2 L3 are three legs
+    named &= len(set(legs.values())) == len(legs)
     if not named or "leg" not in plan.entries:
         return plan
     leg = Entry(file_name=names.expression, why="the files' names", names=legs)

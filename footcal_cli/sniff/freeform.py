@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 
-from footcal_cli.sniff.names import orientation_in
+from footcal_cli.sniff.said_weights import said_weight, sums_of
+from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.tokens import SIDES
 from footcal_cli.tables.reading import Layout
 
@@ -17,16 +18,22 @@ _LABEL = r"[A-Za-z_]\w*"
 _PIECE = re.compile(
     rf"(?P<stamp>{_STAMP})|(?<![\w.])(?P<number>{_NUMBER})(?!\w*\d)|(?<=\w=)(?P<label>{_LABEL})"
 )
+_NUMBERED_WORDS = re.compile(rf"{_PIECE.pattern}|(?<![\w.])(?P<word>[A-Za-z]+\d+)(?!\w)")
+"""Of a sensor that is named with a number, as ``LC3``."""
 _LEAST = 0.4
 _FEW = 2
 """Numbers in a row that may stand without words when loads were typed between the rows."""
-_BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→")
+_BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→|[A-Za-z]['\"]\s*,\s*\x01")
 """What binds a word to a value: not a table's separator."""
 _BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
 """A row of numbers in brackets, as programs print their lists."""
 _LEAST_OF_A_LIST = 6
 _MOST_BESIDE = 4
 """Numbers in a line that says a load: the time before it, say."""
+_BINDS = r"\s*(?::|=|->|→)+\s*"
+_SAID = re.compile(rf"(\S[^:=→]*?){_BINDS}{_NUMBER}(?:\s*[A-Za-z]+)?")
+_LEAST_SAID = 3
+"""Different loads before readings."""
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
 _PUT_ON = r"added?|adding|plus|zugelegt|dazu|hinzu|ajout[eé]\w*|añadid\w*|aggiunt\w*|another"
 _TAKEN_OFF = (
@@ -43,12 +50,20 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     """
     written = [line.strip() for line in lines if line.strip()]
     shapes = Counter(_shape(line) for line in written)
+    counted = Counter(_shape(line, _NUMBERED_WORDS) for line in written)
+    if max(counted.values(), default=0) > max(shapes.values(), default=0):
+        shapes = counted  # lines of several sensors, each with its name
     ranked = [shape for shape, _ in shapes.most_common(12) if "\x01" in shape]
     if not ranked:
         return None
-    row = ranked[0]
+    # a list below each remark: as many of the one as of the other
+    row = max(ranked, key=lambda s: (shapes[s], bool(_BRACKETED.fullmatch(s))))
     count = shapes[row]
-    typed = [s for s in ranked[1:] if _load_of(s) is not None and shapes[s] < count]
+    said = _said_before(written)
+    if said and sum(bool(re.match(said, line)) for line in written) > max(count, _LEAST_SAID):
+        return Layout(encoding=encoding, line=said)
+    most = count if _BRACKETED.fullmatch(row) else count - 1
+    typed = [s for s in ranked if s != row and _load_of(s) is not None and shapes[s] <= most]
     if count < 3 or count + sum(shapes[s] for s in typed) < _LEAST * len(written):
         return None
     listed = _BRACKETED.search(row) and row.count("\x01") >= _LEAST_OF_A_LIST
@@ -57,7 +72,8 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         if _BRACKETED.fullmatch(row):
             # an array within another has brackets more at both ends
             named = _named_above(written, row, expression)
-            return Layout(encoding=encoding, line=rf"^[\s\[(]*{named[1:]}")
+            above = _expression(typed[0], "load") if typed else ""
+            return Layout(encoding=encoding, line=rf"^[\s\[(]*{named[1:]}", carried=above)
         return Layout(encoding=encoding, line=expression)
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None
@@ -71,6 +87,21 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         moved = moved_between([line for line in written if _shape(line) != row])
         layout = replace(layout, carried=moved or _expression(typed[0], "load"))
     return layout
+
+
+def _said_before(written: list[str]) -> str:
+    """An expression for lines that say a load in words before a reading; empty without.
+
+    ``empty: 8347750``, ``1 lb + 2.5 lb: 8241003``: such lines are of several shapes.
+    """
+    found = [
+        m for line in written if (m := _SAID.fullmatch(line)) and said_weight(m[1]) is not None
+    ]
+    words = list(dict.fromkeys(m[1] for m in found))
+    if len(words) < _LEAST_SAID or sums_of(words) is None or len(found) < _LEAST * len(written):
+        return ""
+    called = "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
+    return rf"^(?P<load>{called}){_BINDS}(?P<reading>{_NUMBER})(?!\w)"
 
 
 def _named_above(written: list[str], row: str, expression: str) -> str:
@@ -134,9 +165,9 @@ def carried_between(remarks: list[str]) -> str:
     return turned.pattern if len(sides) >= SIDES and None not in sides else ""
 
 
-def _shape(line: str) -> str:
+def _shape(line: str, pieces: re.Pattern[str] = _PIECE) -> str:
     """A line with its numbers, stamps and words behind ``=`` as one control character each."""
-    return _PIECE.sub(lambda found: {"number": "\x01", "stamp": "\x02"}.get(
+    return pieces.sub(lambda found: {"number": "\x01", "stamp": "\x02"}.get(
         found.lastgroup or "", "\x03"), line)  # fmt: skip
 
 
@@ -189,8 +220,10 @@ def _expression(shape: str, called: str) -> str:
             named = f"{name}_{names[name]}" if called == "column" else _numbered(name, names)
             made += rf"(?P<{named}>{_NUMBER})"
         else:
-            made += r"\s*".join(re.escape(part) for part in re.split(r"\s+", piece))
-    return made
+            blank = r"\s*" if piece.strip() else r"\s+"
+            made += blank.join(re.escape(part) for part in re.split(r"\s+", piece))
+    # a number at the end is no part of a word: `250g` is no reading of 250
+    return f"{made}(?!\\w)" if shape.endswith("\x01") else made
 
 
 def _list_named(piece: str, before: str) -> str:

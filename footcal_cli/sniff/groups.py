@@ -19,19 +19,26 @@ _BEFORE_AXIS = re.compile(
 )
 
 
+def transducers_by_stem(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
+    """Complete six-axis transducers by what stands before the axes in their names."""
+    groups: dict[str, dict[str, ColumnGuess]] = {}
+    for column in file.of("force"):
+        if column.name.axis in AXES:
+            groups.setdefault(_stem(column.column), {}).setdefault(column.name.axis, column)
+    return {stem: axes for stem, axes in groups.items() if stem and set(axes) == set(AXES)}
+
+
 def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
     """Complete six-axis transducers by name: axis -> column."""
     groups: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
-    by_stem: dict[str, dict[str, ColumnGuess]] = {}
     for column in file.of("force"):
         if column.name.axis in AXES:
             groups.setdefault((column.name.address, ""), {}).setdefault(column.name.axis, column)
-            by_stem.setdefault(_stem(column.column), {}).setdefault(column.name.axis, column)
             if AT_THE_FOOT.search(column.column):
                 own = groups.setdefault((column.name.address, "foot"), {})
                 own.setdefault(column.name.axis, column)
     whole = {key: g for key, g in groups.items() if set(g) == set(AXES)}
-    numbered = {stem: g for stem, g in by_stem.items() if stem and set(g) == set(AXES)}
+    numbered = transducers_by_stem(file)
     if len(numbered) > len({name for name, _ in whole}) and not any(foot for _, foot in whole):
         return numbered  # L1 L2 L3 are three legs, not one left foot
     # of two transducers in a leg the one at the foot feels the ground

@@ -51,6 +51,12 @@ class ColumnGuess:
         Whether an empty cell means what stands above it.
     missing
         What stands in its cells where there was no reading.
+    names
+        Its texts -> the numbers that they say.
+    stamps
+        Of dates: seconds since the first, shape (n,).
+    high_word
+        The column of the high register beside its low one; `values` hold the whole.
     """
 
     column: str
@@ -69,6 +75,9 @@ class ColumnGuess:
     summed: bool = False
     held: bool = False
     missing: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
+    stamps: FloatArray | None = None
+    high_word: str = ""
 
     @property
     def quantity(self) -> Quantity:
@@ -93,6 +102,15 @@ def numbers_of(column: ColumnGuess) -> FloatArray:
     """Numbers of a column that was chosen because it has some, shape (n,)."""
     assert column.values is not None, f"'{column.column}' holds texts"
     return column.values
+
+
+def seconds_of(column: ColumnGuess) -> FloatArray | None:
+    """A column of time in seconds, shape (n,); None where it holds neither numbers nor dates."""
+    if column.values is None:
+        return column.stamps
+    return column.values * {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}.get(
+        column.unit or "s", 1.0
+    )
 
 
 def codes_of(column: ColumnGuess) -> IntArray:

@@ -6,10 +6,10 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from footcal_cli.sniff.names import STATISTICS
+from footcal_cli.sniff.names import STATISTICS, name_guess
 from footcal_cli.sniff.rows import Body, fields_of, filled_fields
 from footcal_cli.sniff.tokens import is_number
-from footcal_cli.sniff.units import looks_like_units, split_unit
+from footcal_cli.sniff.units import known_unit, looks_like_units, split_unit
 from footcal_cli.tables.drawn import undrawn
 from footcal_cli.tables.reading import BLANKS
 
@@ -17,6 +17,7 @@ _TYPE = re.compile(
     r"(?i)<?(?:u?int|float)(?:8|16|32|64)?\??>?|<?(?:dbl|chr|num|lgl)>|double|string|object|bool"
 )
 """What data frames say of their columns below the names."""
+_SAYS = re.compile(r"([A-Za-z]+):\s+\S")
 _PROCESSED = {"Smp", "Avg", "Max", "Min", "Std", "Tot", "Med", "RSq", "WVc", "TMx", "TMn"}
 """What Campbell's loggers made of their samples, below names and units."""
 
@@ -76,6 +77,55 @@ def with_units_said(candidates: Sequence[tuple[int, list[str]]]) -> tuple[int, l
     if said[-1] == 0 and most * 2 >= len(last[1]):
         return candidates[len(said) - 1 - said[::-1].index(most)]
     return last
+
+
+def parted(
+    candidates: Sequence[tuple[int, list[str]]],
+) -> tuple[list[tuple[int, list[str]]], tuple[str, ...]]:
+    """Lines of names among lines above the rows, and the units that one of the others says.
+
+    Below the names may stand units and remarks; ``Unit: N`` and ``Interp: linear`` in every field
+    are what a program says of its columns.
+    """
+    kept: list[tuple[int, list[str]]] = []
+    units: tuple[str, ...] = ()
+    for at, fields in candidates:
+        said = [found[1].lower() if (found := _SAYS.match(f)) else "" for f in fields if f]
+        if kept and len(said) > 1 and len({*said}) == 1 and said[0]:
+            if said[0] in ("unit", "units", "einheit"):
+                units = tuple(field.partition(":")[2].strip() for field in fields)
+            continue
+        kept.append((at, fields))
+    for at in range(len(kept) - 1, 0, -1) if not units else ():
+        said = [field for field in kept[at][1] if field.strip("[]()- 1")]
+        if said and all(known_unit(field) for field in said):
+            return kept[:at], tuple(kept[at][1])
+    return kept, units
+
+
+def names_otherwise(above: Sequence[tuple[int, str]], body: Body) -> tuple[int, list[str]] | None:
+    """Names that stand above the rows in another way than these, and their line; None without.
+
+    By another separator (Igor), or the first alone below all others, as pandas prints an index.
+    """
+    if not above:
+        return None
+    at, last = above[-1]
+    if body.separator == BLANKS and len(above) > 1 and len(last.split()) == 1:
+        others = above[-2][1].split()
+        if len(others) == body.width - 1 and not any(is_number(x, body.decimal) for x in others):
+            return at, [last.strip(), *others]
+    for at, line in reversed(above):
+        for separator in (",", ";", "\t"):
+            fields = [field.strip() for field in line.split(separator)]
+            if separator == body.separator or len(fields) + body.indented != body.width:
+                continue
+            known = [name_guess(field).quantity != "unknown" for field in fields]
+            if any(is_number(field, ".") for field in fields) or not all(fields):
+                continue
+            if len(fields) > 1 and sum(known) * 2 >= len(known):
+                return at, [*[""] * body.indented, *fields]
+    return None
 
 
 def name_of_the_index(fields: Sequence[str], below: Sequence[str], body: Body) -> list[str]:

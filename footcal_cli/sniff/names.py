@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit, split_unit
+from footcal_cli.sniff.units import LENGTHS, LOADS, MASSES, WEIGHTS, known_unit, split_unit
 
 Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
@@ -52,13 +52,26 @@ _SPELLINGS: dict[Quantity, str] = {
     "pressure": "pressure druck pression",
     "other": "status state flag error err battery batt dropout valid quality rssi crc checksum "
     "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
-    "tracking min max peak tare tara",
+    "tracking min max peak tare tara validity",
 }
 for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         _WORDS.setdefault(_word, _meaning)
 COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
 """Loads that were asked for; what was put on may be another."""
+NOMINAL = {
+    "nominal",
+    "stated",
+    "nenn",
+    "nennlast",
+    "nenngewicht",
+    "nominell",
+    "nominale",
+    *COMMANDED,
+}
+"""What stands on a weight, or was asked for: not what it weighs."""
+_WEIGHED = {"actual", "true", "real", "certified", "conventional", "exact", "tatsächlich", "ist"}
+"""What a weight really weighs, if the unit is one of loads."""
 LETTERED = "letters"
 """Owner of angles called A, B and C, which are about z, y, x or about z, y, z."""
 _GREEK = {"alpha": "rx", "beta": "ry", "gamma": "rz", "rx": "rx", "ry": "ry", "rz": "rz"}
@@ -78,15 +91,12 @@ STATISTICS = frozenset(
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
-_UP = "up|oben|hoch|haut|arriba|su|alto|cima|вверх|上"
-_DOWN = "down|unten|runter|bas|abajo|giu|giù|basso|baixo|вниз|下"
-_SIGNED = re.compile(
-    r"(?:(?:^|[^a-z])(?P<word>plus|minus|pos|neg|positive|negative)[ _]*"
-    r"|(?:^|[^a-z0-9])(?P<sign>[+-])[ _]*|(?:^|[^a-z]))"
-    rf"(?P<axis>[xyz])(?:[ _-]*(?P<way>{_UP}|{_DOWN})(?=[^a-z]|$)"
-    r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
-)
-"""An axis with its sign before or after it, and whether it points up or down."""
+_F_OF = 3
+_COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
+    ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
+    ("rohwert", "reading"),
+)  # fmt: skip
+"""How compound words end that say what a column is: ``Prüfgewicht``."""
 _ANGLES = {
     word: axis
     for axis, spellings in {
@@ -216,17 +226,6 @@ def name_guess(name: str) -> NameGuess:
     return NameGuess(quantity, axis, side, place, owner, unit, factor)
 
 
-def orientation_in(word: str) -> str | None:
-    """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``-x up``."""
-    for found in _SIGNED.finditer(word.lower()):
-        sign = found["word"] or found["sign"] or found["after"]
-        if sign or found["way"]:
-            up = found["way"] in _UP.split("|")
-            turns = (sign in ("minus", "neg", "negative", "-")) + up
-            return ("-" if turns % 2 else "+") + found["axis"]
-    return None
-
-
 def _address(words: list[str]) -> tuple[str, str, list[str]]:
     """Side, place and the other words."""
     side = place = ""
@@ -298,7 +297,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     found = re.fullmatch(r"(?:.*[\W_])?q(?:uat|uaternion)?[\W_]?([0-3])", stem.lower())
     if found and unit is None and not {"joint", "joints"} & set(words):
         return "quaternion", found[1], {"q", "quat", "quaternion", found[1]}
-    if re.fullmatch(r"(?:.*[\W_])?a[xy]", stem.lower()) and unit in ("m", "mm", "cm"):
+    if re.fullmatch(r"(?:.*[\W_])?a[xy]", stem.lower()) and unit in LENGTHS:
         return "cop", last[-1], {last}  # Kistler's Ax and Ay
     said = {"acc", "accel", "acceleration", "accelerometer", "accelerometers"} & set(words)
     if said and last in "xyz":
@@ -321,15 +320,26 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}
-    if last in ("x", "y") and unit in ("m", "mm", "cm") and set(words) & _REPORTED:
+    if last in ("x", "y") and unit in LENGTHS and set(words) & _REPORTED:
         return "cop", last, {last, *_REPORTED}
     if (last in ("x", "y") and set(words) & {
         "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
-    }) or (stem.lower() in ("x", "y") and unit in ("m", "mm", "cm", None)):  # fmt: skip
+    }) or (stem.lower() in ("x", "y") and unit in (*LENGTHS, None)):  # fmt: skip
         return "hole", last, {last}
     if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)
+
+
+def _meant(word: str) -> Quantity | None:
+    """What a word is of, by itself or by how it ends."""
+    stem = word[1:]
+    if word[:1] == "f" and _WORDS.get(stem) == "load" and len(word) > _F_OF and (
+        stem not in STATISTICS
+    ):  # fmt: skip
+        return "load"  # Fref, Fsoll
+    ends = (quantity for end, quantity in _COMPOUNDS if word.endswith(end))
+    return _WORDS.get(word) or next(ends, None)
 
 
 def _by_words(
@@ -342,14 +352,16 @@ def _by_words(
         and "on" not in words
     ):
         return "reading", "", set()
+    if compact and {*compact} <= _WEIGHED and unit in LOADS:
+        return "load", "", set(compact)
     if words in (["p"], ["p", "0"]):
         return "pressure", "", set(words)
-    if words and words[-1] in ("x", "y", "z") and unit in ("m", "mm", "cm"):
+    if words and words[-1] in ("x", "y", "z") and unit in LENGTHS:
         return "unknown", "", set()  # a place is no load, whatever it is a reference for
     for quantity in ("time", "load", "temperature", "direction", "repeat", "session", "phase",
                      "orientation", "placement", "contact", "pressure", "reading", "label",
                      "sequence", "other"):  # fmt: skip
-        said = [w for w in compact if _WORDS.get(w) == quantity]
+        said = [w for w in compact if _meant(w) == quantity]
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV"):
                 return "reading", "", set(said)

@@ -32,8 +32,12 @@ _VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
     ({"gravity"}, "gravity", ""),
 )  # fmt: skip
 """Words of a vector, its quantity, and the letter before its axes."""
+_VECTOR_LETTER = re.compile(r"(?:.*[\W_])?[FMT]")
+"""A vector that is called by its capital: ``F(1)``."""
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is recognised by its length."""
+_TURNED_AND_FELT = 9
+"""Three numbers of an attitude and six of a wrench."""
 _LARGER = 3.0
 """Forces in N are larger than torques in Nm by this much, in nearly every log."""
 
@@ -58,6 +62,10 @@ def numbered(file: FileGuess) -> FileGuess:
     if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
         made |= _quaternion(stems)
     made |= _wrenches(file, stems, made)
+    felt_by = sum(c.name.axis == "fx" for c in made.values())
+    beside = [c for stem, c in stems.items() if len(c) == len(AXES) and c[0].column not in made]
+    if felt_by == len(beside) == 1 and not file.of("quaternion", "angle", "matrix", "gravity"):
+        made |= _pose(beside[0])  # six numbers beside a wrench
     if not file.of("angle", "gravity", "matrix", "acceleration", "quaternion") and not any(
         c.quantity in ("quaternion", "angle", "matrix") for c in made.values()
     ):
@@ -84,9 +92,15 @@ def _wrenches(
         c for c in nameless
         if c.quantity == "unknown" and c.values is not None and c.column not in taken
     ]  # fmt: skip
-    if not six and len(free) == 6 and not any(c.counts for c in free):
-        six = {"": free}
     made: dict[str, ColumnGuess] = {}
+    if not six and len(free) == len(AXES) and not any(c.counts for c in free):
+        six = {"": free}
+    elif not six and not file.of("quaternion", "angle", "matrix", "gravity") and not taken:
+        moving = [c for c in free if np.nanstd(numbers_of(c)) > 0]
+        if len(moving) in (_TURNED_AND_FELT, _TURNED_AND_FELT + 3) and not moving[-1].counts:
+            six = {"": moving[-len(AXES) :]}  # a pose and a wrench
+            where, turned = moving[:-_TURNED_AND_FELT], moving[-_TURNED_AND_FELT : -len(AXES)]
+            made = _pose([*where, *turned])
     for stem, columns in six.items():
         spread = [float(np.nanstd(c.values)) + 1e-9 for c in columns if c.values is not None]
         torque_first = max(spread[3:]) > _LARGER * max(spread[:3])
@@ -150,26 +164,33 @@ def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:
 def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
     """Angles of an arm's flange by their letters: W P R about x, y, z; A B C about z, y, x.
 
-    O A T are about z, y and the z that has turned.
+    O A T are about z, y and the z that has turned. Three other letters in a row are angles too, of
+    which the forces say what they are about.
     """
+    found: dict[str, ColumnGuess] = {}
+    for column in file.columns:
+        last = re.search(r"(?:^|[\W_])([A-Z])$", split_unit(column.column)[0].strip())
+        values = column.values
+        if last is None or values is None or column.unit not in (None, "deg", "rad"):
+            continue
+        if np.nan_to_num(np.abs(values)).max(initial=0.0) <= _WHOLE_TURN_DEG:
+            found.setdefault(last[1], column)
+    one = sum(c.name.axis == "fx" for c in file.of("force")) == 1
+    others = "".join(
+        letter for letter, c in found.items()
+        if one and letter not in "XYZ" and c.quantity != "time" and np.nanstd(numbers_of(c)) > 0
+    )  # fmt: skip
     for letters, angles in (
         ("WPR", ("roll", "pitch", "yaw")), ("ABC", ("yaw", "pitch", "roll")),
-        ("OAT", ("z1", "y2", "z3")),
+        ("OAT", ("z1", "y2", "z3")), (others, ("yaw", "pitch", "roll")),
     ):  # fmt: skip
-        found: dict[str, ColumnGuess] = {}
-        for column in file.columns:
-            last = re.search(r"(?:^|[\W_])([A-Z])$", split_unit(column.column)[0].strip())
-            values = column.values
-            if last is None or values is None or column.unit not in (None, "deg", "rad"):
-                continue
-            if np.nan_to_num(np.abs(values)).max(initial=0.0) <= _WHOLE_TURN_DEG:
-                found.setdefault(last[1], column)
-        if set(letters) <= set(found):
+        if len(letters) == len(angles) and set(letters) <= set(found):
+            named = letters in ("WPR", "OAT")
             return {
                 found[letter].column: replace(
                     found[letter], sure="likely", why=f"one of the angles {' '.join(letters)}",
                     name=NameGuess("angle", angle, unit=found[letter].unit,
-                                   owner=LETTERED if letters == "ABC" else ""),
+                                   owner="" if named else LETTERED),
                 )
                 for letter, angle in zip(letters, angles, strict=True)
             }  # fmt: skip
@@ -183,7 +204,7 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
         return {}
     *before, last = [w for w in words if w not in ("n", "nm", "linear", "vector")] or words
     for called, quantity, letter in _VECTORS:
-        if last in called and len(last) > 1:
+        if last in called and (len(last) > 1 or _VECTOR_LETTER.fullmatch(stem)):
             owner = "_".join(w for w in before if w not in NOISE)
             return {
                 c.column: replace(
@@ -196,17 +217,17 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
 
 
 def _pose(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
-    """Three coordinates and three numbers of an attitude, as arms report their flange."""
-    turns = [c for c in columns[3:] if c.values is not None]
+    """Three numbers of an attitude behind three coordinates, as arms report their flange."""
+    turns = [c for c in columns[-3:] if c.values is not None]
     if len(turns) < 3 or any(float(np.nanmax(np.abs(numbers_of(c)))) > 360.0 for c in turns):
         return {}
     made = {}
     for axis, column in zip(("rx", "ry", "rz"), turns, strict=True):
         name = replace(column.name, quantity="angle", axis=axis, owner="pose", side="", place="")
         made[column.column] = replace(
-            column, name=name, sure="guess", why="the last three of six numbers of a pose"
+            column, name=name, sure="guess", why="the last three numbers of a pose"
         )
-    for column in columns[:3]:
+    for column in columns[:-3]:
         made[column.column] = column.as_quantity("other", "guess", "where a pose is")
     return made
 

@@ -5,6 +5,7 @@ Room: sniff; asked by columns before a table is taken as it stands.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -20,6 +21,7 @@ _MOST = 25
 _TAKE_TURNS = 0.5
 """In a table of one row per foot or cell the next row is mostly of another."""
 _LEAST_ROWS = 3
+_RARE = 0.05
 _LABELS = ("label", "placement")
 _MEASURED = ("reading", "force", "cop", "unknown", "pressure")
 _SIDES = {"left", "right"}
@@ -37,11 +39,14 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     raw
         The same columns as the file holds them.
     """
-    named = [c for c in columns if c.quantity in _LABELS and len(c.words) > 1]
+    named = [
+        c for c in columns
+        if len(c.words) > 1 and (c.quantity in _LABELS or (c.words and _tell_loads(c)))
+    ]  # fmt: skip
     named = [c for c in named if c.codes is not None and np.all(c.codes >= 0)]
     measured = [c for c in columns if c.quantity in _MEASURED and c.values is not None]
     loaded = any(c.quantity == "load" and c.values is not None for c in columns)
-    if not named or not measured or loaded:
+    if not named or not measured or (loaded and not any(map(_tell_loads, named))):
         return None
     # six axes of legs are read as they stand, a row for each: they hang
     axes = {c.name.axis for c in columns if c.quantity == "force"}
@@ -50,7 +55,13 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
         return None
     by = tuple(c.column for c in named)
     words = labels_of([raw[name] for name in by])
-    labels = tuple(dict.fromkeys(words.tolist()))
+    rows_of = Counter(words.tolist())
+    most = max(rows_of.values())
+    # a line at the end of an archive is no sample of a variable
+    labels = tuple(
+        label for label, count in rows_of.items()
+        if count > _RARE * most or name_guess(label).quantity == "load"
+    )  # fmt: skip
     rows = [np.flatnonzero(words == label) for label in labels]
     least = min(own.size for own in rows)
     if not 1 < len(labels) <= _MOST or least < _LEAST_ROWS:
@@ -61,6 +72,12 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     if not at and max(own.size for own in rows) > least + 1:
         return None
     return Pivot(by, labels, at)
+
+
+def _tell_loads(column: ColumnGuess) -> bool:
+    """Whether labels are names of variables, of which some are known loads and others are not."""
+    quantities = {name_guess(word).quantity for word in column.words}
+    return "load" in quantities and len(quantities) > 1
 
 
 def _stamps(

@@ -43,7 +43,7 @@ def of(column: ColumnGuess, unit: str | None = None) -> Entry:
     """An entry for a column as it was guessed."""
     return Entry(
         column, unit or column.unit, nanoseconds=column.nanoseconds, sure=column.sure,
-        why=column.why, wraps_at=column.wraps_at, missing=column.missing,
+        why=column.why, wraps_at=column.wraps_at, missing=column.missing, names=column.names,
         factor=None if column.name.factor == 1.0 else column.name.factor,
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, Plan, of, times
-from footcal_cli.sniff.units import split_unit
+from footcal_cli.sniff.units import LENGTHS, split_unit
 
 _OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
 _TO_M = {"mm": 1e-3, "cm": 1e-2}
@@ -74,6 +74,12 @@ def force_and_cop(file: FileGuess) -> Plan | None:
     )  # fmt: skip
 
 
+def _number_of(file: FileGuess) -> str:
+    """Number of a plate by its file's name: 4 of ``plate_4.parquet``; 1 where none is said."""
+    found = re.search(r"(?i)(?:plate|platform|fp|platte)[ _-]?(\d+)(?!\d)", file.path.name)
+    return found[1] if found else "1"
+
+
 def _of_opensim(file: FileGuess) -> dict[str, _Foot]:
     """``ground_force_vy`` and ``ground_force_px, pz``, y up."""
     found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
@@ -84,7 +90,13 @@ def _of_opensim(file: FileGuess) -> dict[str, _Foot]:
             found.setdefault(key, {})[name["kind"] + name["axis"]] = column
     whole = [(key, c) for key, c in found.items() if {"vy", "px", "pz"} <= set(c)]
     sides = {"l": "left", "left": "left", "r": "right", "right": "right"}
-    named = [sides.get("".join(key).lower(), f"plate_{i}") for i, (key, _) in enumerate(whole, 1)]
+    named = []
+    for i, (key, _) in enumerate(whole, 1):
+        word = "".join(key).lower()
+        number = re.search(r"\d+", word)
+        named.append(sides.get(word, f"plate_{number[0] if number else i}"))
+    if len(set(named)) < len(named):
+        named = [f"plate_{i}" for i in range(1, len(whole) + 1)]
     return {
         name: _Foot(c["vy"], c["px"], c["pz"], -1.0)
         for name, (_, c) in zip(named, whole, strict=True)
@@ -105,14 +117,14 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
             forces.setdefault(key, []).append(column)
         elif column.quantity == "cop" and column.name.axis in "xy":
             places.setdefault((key, column.name.axis), []).append(column)
-        elif last in ("x", "y") and column.unit in ("m", "mm", "cm"):
+        elif last in ("x", "y") and column.unit in LENGTHS:
             places.setdefault((key, last), []).append(column)
     feet = {}
     for key, own in forces.items():
         x, y = places.get((key, "x"), []), places.get((key, "y"), [])
         if len(own) == len(x) == len(y) == 1:
             named = key in ("left", "right") or key.startswith("plate_")
-            feet[key if named else f"plate_{key or 1}"] = _Foot(own[0], x[0], y[0])
+            feet[key if named else f"plate_{key or _number_of(file)}"] = _Foot(own[0], x[0], y[0])
     return feet
 
 

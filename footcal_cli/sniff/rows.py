@@ -109,6 +109,7 @@ class Body:
     whole: bool
     counted: bool
     spoken: bool
+    indented: bool
 
     @classmethod
     def of(cls, lines: list[str], separator: str) -> Body:
@@ -150,6 +151,7 @@ class Body:
         return cls(
             separator, *signs, width, share, len(numeric) + moments, score, numeric, sparse, whole,
             _counts([row[0].strip('"').rstrip(".") for row in rows]), spoken,
+            width > 1 and not any(row[0] for row in rows),
         )  # fmt: skip
 
     def begins_at(self, lines: list[str]) -> int:

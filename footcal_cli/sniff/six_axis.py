@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
+from footcal_cli.sniff.axes import axes_of, said_above
 from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
-from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, Plan, of, times
-from footcal_cli.sniff.units import known_unit
-
-_AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": "ty_nm",
-                 "tz": "tz_nm"}  # fmt: skip
-
+from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
 
 COUNTED = Blank(
     ("# in [columns]: factor of fx_n … tz_nm, newtons or newton metres in one count",),
@@ -30,8 +26,6 @@ _LOADED, _TOGETHER = 10.0, 0.2
 """A weight is so much larger than its changes; what is shifted adds up to so much less."""
 _STILL = 0.05
 """Forces that scatter by so small a share of another transducer's do not feel what it feels."""
-_LONGEST_LEVER = 5.0
-"""Torques that change so much beside forces of unknown unit are not in Nm."""
 TURNED = Blank(
     ("# the attitude in [columns] must be the transducer's own",),
     "in this attitude the forces are not the weight of one thing: it may be that of another frame",
@@ -69,18 +63,21 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
     own = _own_attitudes(file, six) if len(six) > 1 and not orientation and not hang else {}
     if own:
         return _each_by_itself(file, six, own, time, rate, tuple(blanks))
+    pairs = [] if pose is not None or orientation or file.of("com") else pairs_in_series(file)
+    if pairs and time:
+        return in_series(file, pairs, time)
     sides = {name.partition("_")[0]: group for name, group in six.items()}
     if sides.keys() >= {"left", "right"} and len(six) == 2 and not orientation and not hang:
-        return _ankles(file, sides, entries, tuple(blanks))
+        return ankles(file, sides, entries, tuple(blanks))
     if pose is None and not orientation and _stand(six):
         if _at_feet(six) or file.of("com"):
-            return _ankles(file, six, entries, tuple(blanks))
-        return _plates(file, six, rate, tuple(blanks))
+            return ankles(file, six, entries, tuple(blanks))
+        return plates_of(file, six, rate, tuple(blanks))
     sign = -1.0 if pose is not None and pose.reacts else 1.0
-    said = _said_above(file)
-    wide = {name: _axes(group, said, sign) for name, group in six.items()} if len(six) > 1 else {}
+    said = said_above(file)
+    wide = {name: axes_of(group, said, sign) for name, group in six.items()} if len(six) > 1 else {}
     if not wide:
-        entries |= _axes(next(iter(six.values())), said, sign)
+        entries |= axes_of(next(iter(six.values())), said, sign)
         leg = next(iter(six))
         entries["leg"] = of(labels[0]) if labels else Entry(value=leg, why="one transducer")
     elif not hang:
@@ -142,9 +139,9 @@ def _each_by_itself(
     time: Mapping[str, Entry], rate: float | None, blanks: tuple[Blank, ...],
 ) -> Plan:  # fmt: skip
     """Several transducers that hang free, each with an attitude of its own: two arms."""
-    said = _said_above(file)
+    said = said_above(file)
     wide = {
-        name: {**_axes(group, said, -1.0 if own[name].reacts else 1.0), **own[name].entries}
+        name: {**axes_of(group, said, -1.0 if own[name].reacts else 1.0), **own[name].entries}
         for name, group in six.items()
     }
     warnings = tuple(dict.fromkeys(w for pose in own.values() for w in pose.warnings))
@@ -232,15 +229,15 @@ def _poses(
     }  # fmt: skip
     contact = file.of("contact")
     wide: dict[str, dict[str, Entry]] = {}
-    said = _said_above(file)
+    said = said_above(file)
     if len(six) > 1:
-        wide = {name: _axes(group, said) for name, group in six.items()}
+        wide = {name: axes_of(group, said) for name, group in six.items()}
         for name, own in wide.items():
             for column in contact:
                 if column.column.startswith(name):
                     own["contact"] = of(column)
     else:
-        entries |= {"leg": of(labels[0]), **_axes(next(iter(six.values())), said)}
+        entries |= {"leg": of(labels[0]), **axes_of(next(iter(six.values())), said)}
         if contact:
             entries["contact"] = of(contact[0])
     legs = list(six) if wide else list(labels[0].words)
@@ -273,116 +270,9 @@ def _named_rows(column: ColumnGuess, six: dict[str, ColumnGuess] | None) -> Atti
     return named_orientation([column.words[i] for i in there], of(column), means)
 
 
-@dataclass(frozen=True)
-class _Said:
-    """What lines above the table say of forces (``f``) and torques (``t``).
-
-    Parameters
-    ----------
-    per_count
-        Newtons or newton metres, or what `unit` says, in one count.
-    unit
-        Of the values.
-    """
-
-    per_count: Mapping[str, float]
-    unit: Mapping[str, str]
-
-
-def _said_above(file: FileGuess) -> _Said:
-    """Counts per newton and units in the lines above a table, as Net F/T writes them."""
-    per_count, unit = {}, {}
-    for line in file.text.above:
-        plain = line.replace('"', "")
-        counts = re.search(r"counts per (?:unit )?(force|torque)\W+([\d.]+(?:e\d+)?)", plain, re.I)
-        if counts and float(counts[2]) > 0:
-            per_count[counts[1][0].lower()] = 1.0 / float(counts[2])
-        named = re.search(r"(force|torque) units?\W+([A-Za-z.*-]+)", plain, re.I)
-        if named and (known := known_unit(named[2])) is not None:
-            unit[named[1][0].lower()] = known
-    return _Said(per_count, unit)
-
-
 def _counted(six: dict[str, dict[str, ColumnGuess]]) -> bool:
     """Whether all axes are whole numbers of a size that newtons do not have."""
     axes = [c for group in six.values() for c in group.values()]
     return all(c.counts and c.unit is None and c.name.factor == 1.0 for c in axes) and any(
         c.values is not None and float(np.nanmax(np.abs(c.values))) > _MOST_N for c in axes
     )
-
-
-def _lever(group: dict[str, ColumnGuess]) -> float:
-    """How much the torques change beside the forces: metres, if they are in N and Nm."""
-    values = np.column_stack([numbers_of(group[axis]) for axis in _AXIS_COLUMNS])
-    spread = np.nanstd(values, axis=0)
-    force, torque = float(np.linalg.norm(spread[:3])), float(np.linalg.norm(spread[3:]))
-    return torque / force if force > 0 else 0.0
-
-
-def _axes(
-    group: dict[str, ColumnGuess], said: _Said, sign: float = 1.0, prefix: str = ""
-) -> dict[str, Entry]:
-    entries = {}
-    torque = "N*mm" if _lever(group) > _LONGEST_LEVER else "N*m"
-    for axis, name in _AXIS_COLUMNS.items():
-        column, kind = group[axis], axis[0]
-        unit = column.unit or said.unit.get(kind) or ("N" if kind == "f" else torque)
-        factor = sign * column.name.factor
-        factor *= said.per_count.get(kind, 1.0) if column.counts else 1.0
-        entries[prefix + name] = replace(of(column, unit), factor=None if factor == 1 else factor)
-    return entries
-
-
-def _plates(
-    file: FileGuess, six: Mapping[str, dict[str, ColumnGuess]], rate: float | None,
-    blanks: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
-    """Six-axis plates that carry one weight: their vertical forces, which need no body stream."""
-    entries, _, _ = times(file, needed=True)
-    said, tables = _said_above(file), []
-    for name, group in six.items():
-        entries[f"{name}_plate_counts"] = _axes(group, said)["fz_n"]
-        tables.append(f"[robot.feet.{name}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
-    return Plan(
-        file, f"{len(six)} six-axis plates under one weight", "vertical forces that add up to what "
-        "hardly changes", "likely", "static-init", "cells", entries,
-        tuple(f"{name}_plate" for name in six), rate_hz=rate, robot=(*tables, IN_NEWTON),
-        blanks=(MASS, *blanks),
-        warnings=("the vertical forces are calibrated; horizontal forces and moments need the "
-                  "motion of the body, [data] body",),
-    )  # fmt: skip
-
-
-_MOTION = Blank(
-    ('# body = ["…"]    # in [data]: CoM, its acceleration and places of the feet;',
-     "#                 # footcal kinematics makes them of joint positions and a URDF"),
-    "transducers at feet are weighed with the body's motion, which the log does not have",
-)  # fmt: skip
-_MOUNTED = (
-    "# if known: no log says how the transducer is mounted.\n"
-    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
-    "# weight_below_n = 0.0    # what hangs below the transducer"
-)
-
-
-def _ankles(
-    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], entries: dict[str, Entry],
-    blanks: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
-    entries = {name: entry for name, entry in entries.items() if name == "time_s"}
-    said = _said_above(file)
-    for name, group in six.items():
-        entries |= _axes(group, said, prefix=f"{name}_")
-    body = body_entries(file)
-    entries |= {name: entry for name, entry in body.items() if name != "time_s"}
-    command = "online-replay" if file.of("com") else "static-init"
-    moves = ", with the body's motion" if file.of("com") else ""
-    return Plan(
-        file, f"six-axis transducers at {'two' if len(six) == 2 else len(six)} feet{moves}",
-        "six axes of each, that carry a weight together", "likely", command, "cells", entries, (),
-        robot=(
-            *upright(file, body),
-            *(f"[robot.feet.{foot}]\n{_MOUNTED}" for foot in six),
-        ),
-        blanks=(MASS, *(() if file.of("com") else (_MOTION,)), *blanks),
-    )  # fmt: skip

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import json
 import re
 import zlib
 from dataclasses import dataclass, replace
@@ -15,7 +14,9 @@ from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.header import (
     header_fields,
     name_of_the_index,
+    names_otherwise,
     once,
+    parted,
     qualified,
     units_above,
     with_units_said,
@@ -25,8 +26,8 @@ from footcal_cli.sniff.sections import refuse_frames, sections
 from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.delimited import before_power_was_lost, upright
-from footcal_cli.tables.drawn import TEX, is_rule, with_plain_exponents
-from footcal_cli.tables.foreign import READERS, is_of_documents, kind_of_records
+from footcal_cli.tables.drawn import TEX, is_rule, with_plain_numbers
+from footcal_cli.tables.foreign import READERS, is_of_cards, is_of_documents, kind_of_records
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
 
@@ -91,29 +92,15 @@ def guess_text(path: Path) -> TextGuess:
         No text, or no rows that are alike.
     """
     text, encoding = _decoded(path)
-    lines = with_plain_exponents(text).splitlines()
+    lines = with_plain_numbers(text).splitlines()
     if len(text) > _MOST // 2 and len(lines) > 1:
         lines = lines[:-1]
     if not any(line.strip() for line in lines):
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    if _is_json(text):
-        raise DataError(
-            "JSON, not a table", file=path,
-            remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
-            "what it writes",
-        )  # fmt: skip
     if is_of_documents(text):
-        raise DataError(
-            "messages as `ros2 topic echo` prints them, not a table", file=path,
-            remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
-            "what it writes",
-        )  # fmt: skip
+        raise _to_be_converted("messages as `ros2 topic echo` prints them", path)
     if records := kind_of_records(text):
-        raise DataError(
-            f"records in {records}, not a table", file=path,
-            remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
-            "what it writes",
-        )  # fmt: skip
+        raise _to_be_converted(f"records in {records}", path)
     begun = lines[:_ABOVE]
     rows = [line for line in begun if not line.lstrip().startswith(_COMMENTS)]
     if mixed := [pair[0] for line in rows if (pair := _COMPOUND.search(line))]:
@@ -144,6 +131,8 @@ def guess_text(path: Path) -> TextGuess:
     said += ["the sheet lies on its side"] if side else []
     found = best_body(lines, [side] if side else _SEPARATORS)
     if found.share < _ALIKE or found.numbers == 0:
+        if is_of_cards(text):
+            raise _to_be_converted("a record on several lines", path)
         raise DataError(
             "no rows of numbers that are alike", file=path,
             remedy=_written_by_machines(lines)
@@ -224,16 +213,12 @@ def _written_by_machines(lines: list[str]) -> str:
     )
 
 
-def _is_json(text: str) -> bool:
-    """Whether a text begins with an object in JSON, alone or as the first of a list."""
-    start = text.lstrip().removeprefix("[").lstrip()
-    if not start.startswith("{"):
-        return False
-    try:
-        json.JSONDecoder().raw_decode(start)
-    except ValueError:
-        return False
-    return True
+def _to_be_converted(kind: str, path: Path) -> DataError:
+    return DataError(
+        f"{kind}, not a table", file=path,
+        remedy=f"run `footcal convert {path} --out {path.stem}.parquet`, then footcal init on "
+        "what it writes",
+    )  # fmt: skip
 
 
 def _decoded(path: Path) -> tuple[str, str]:
@@ -288,13 +273,16 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     units: tuple[str, ...] = ()
     header_at: int | None = None
     candidates = [(i, header_fields(line, body, comment)) for i, line in above]
-    candidates = [(i, fields) for i, fields in candidates if fields]
-    if candidates:
+    candidates, units = parted([(i, fields) for i, fields in candidates if fields])
+    if not candidates and (otherwise := names_otherwise(above, body)) is not None:
+        header_at, found = otherwise
+        names = tuple(found)
+    elif candidates:
         header_at, fields = candidates.pop()
-        if candidates and looks_like_units(fields):
+        if candidates and not units and looks_like_units(fields):
             units = tuple(fields)
             header_at, fields = candidates.pop()
-        elif candidates:
+        elif candidates and not units:
             header_at, fields = with_units_said([*candidates, (header_at, fields)])
         units = units or units_above([x for i, x in above if i < header_at], body)
         fields = name_of_the_index(fields, lines[header_at + 1 : first], body)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
-from footcal_cli.sniff.names import NameGuess, orientation_in
+from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.said_weights import sums_of
+from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
+    FRACTION,
     HEXADECIMAL,
     IN_WORDS,
     PLUS_MINUS,
@@ -21,10 +25,12 @@ from footcal_cli.sniff.tokens import (
 )
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 from footcal_cli.tables.rawcolumn import RawColumn
-from footcal_cli.tables.values import bare_hexadecimal
+from footcal_cli.tables.values import bare_hexadecimal, since_the_first
 
 FEW = 25
 """A load takes no more than so many values, and so many sensors have a name."""
+_EVENTS = 0.5
+"""Share of empty cells from which a column holds events."""
 MEAN_IN_A_CELL = r"^([-+]?[\d.,]+)"
 _UNIT_COLUMN = re.compile(r"(?i)(.*?)[\W_]*(?:unit|units|einheit)\W*")
 _VALUE_COLUMN = re.compile(r"(?i)[\W_]*(?:value|wert|val)?\W*$")
@@ -37,10 +43,16 @@ def units_beside(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         found = _UNIT_COLUMN.fullmatch(column.column)
         if found and len(column.words) == 1 and (unit := known_unit(column.words[0])):
             units[found[1]] = unit
+    for column, after in pairwise(columns):
+        # numbers without names, each with its unit in the next field: `1.02,lbs`
+        if len(after.words) == 1 and after.column.startswith("column_"):
+            unit = known_unit(after.words[0])
+            units |= {column.column: unit} if unit else {}
     made = []
     for column in columns:
         stem = _VALUE_COLUMN.sub("", column.column)
-        unit = units.get(stem) if column.values is not None and column.unit is None else None
+        unit = units.get(column.column, units.get(stem))
+        unit = unit if column.values is not None and column.unit is None else None
         made.append(column if unit is None else replace(column, unit=unit))
     return made
 
@@ -55,7 +67,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     form = date_format(some) if some else None
     if form is not None:
         name = replace(name, quantity="time")
-        return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form)
+        since = since_the_first(raw, form)
+        return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form, stamps=since)
     if words and (all(HEXADECIMAL.fullmatch(word) for word in words) or bare_hexadecimal(words)):
         values = np.array([float(int(word, 16)) for word in words])
         name = replace(name, quantity="reading" if np.ptp(values) > 0 else "other")
@@ -66,6 +79,13 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         name = replace(name, quantity="reading" if name.quantity == "label" else name.quantity)
         why = "means with their scatter, which is left out"
         return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
+    parts = [found for word in words if (found := FRACTION.fullmatch(word))]
+    full = {int(found[2]) for found in parts}
+    if words and len(parts) == len(words) and len(full) == 1 and _full_scale(full.pop()):
+        values = np.array([float(found[1]) for found in parts])
+        why = f"numbers of {parts[0][2]} at full scale"
+        name = replace(name, quantity="reading")
+        return ColumnGuess(column, name, None, "likely", why, values, pattern=r"^([-+]?\d+)\s*/")
     nothing = words_for_nothing(words, any_word=name.quantity in (*MEASURED, "other"))
     if nothing:
         said = [str(v).strip().replace(",", ".") for v in raw.values.tolist()]
@@ -75,7 +95,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         ])  # fmt: skip
         why = f"numbers; {', '.join(nothing)} is taken for no reading"
         return ColumnGuess(column, name, unit, "likely", why, numbers, missing=nothing)
-    weighed = _with_units(column, name, words) or _among_words(column, name, words, raw)
+    weighed = _with_units(column, name, words, raw) or _among_words(column, name, words, raw)
+    weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
         return weighed
     different = tuple(dict.fromkeys(words))
@@ -93,15 +114,31 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
 
 
+def _full_scale(number: int) -> bool:
+    """Whether a number is the largest of a converter, or a power of ten."""
+    ends = number & (number + 1) == 0 or number & (number - 1) == 0
+    return ends or re.fullmatch("10+", str(number)) is not None
+
+
 def part_of_the_words(column: ColumnGuess) -> ColumnGuess:
     """In lines of words a number that never changes is one of the words."""
-    if column.values is None or np.ptp(column.values[np.isfinite(column.values)]) > 0:
+    if column.values is None:
+        return column
+    some = column.values[np.isfinite(column.values)]
+    if some.size and np.ptp(some) > 0:
         return column
     return column.as_quantity("other", "likely", "never changes")
 
 
-def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess | None:
-    """A column of numbers with their units beside them; None where it is none."""
+def _with_units(
+    column: str, name: NameGuess, words: list[str], raw: RawColumn
+) -> ColumnGuess | None:
+    """A column of numbers with their units beside them; None where it is none.
+
+    Mostly empty cells are events: what was put on there holds.
+    """
+    if raw.empty.mean() > _EVENTS:
+        return None
     pairs = [with_unit(word) for word in words]
     plain = [word for word, pair in zip(words, pairs, strict=True) if pair is None]
     if not words or not any(pairs) or any(word.strip("0., ") for word in plain):
@@ -115,7 +152,7 @@ def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess |
         unit = units.pop()
         numbers = np.array([float(p[0].replace(",", ".")) for p in pairs if p])
         return ColumnGuess(
-            column, name, unit, "likely", "numbers with their unit", numbers,
+            column, name, unit, "likely", "numbers with their unit", _in_their_rows(numbers, raw),
             pattern=r"([-+]?[\d.,]+)",
         )  # fmt: skip
     if not units <= MASSES.keys() and not units <= WEIGHTS.keys():
@@ -125,24 +162,51 @@ def _with_units(column: str, name: NameGuess, words: list[str]) -> ColumnGuess |
         float(p[0].replace(",", ".")) * sizes[known_unit(p[1]) or one] if p else 0.0 for p in pairs
     ])  # fmt: skip
     return ColumnGuess(
-        column, name, one, "likely", "numbers with their units", numbers,
+        column, name, one, "likely", "numbers with their units", _in_their_rows(numbers, raw),
         pattern=r"([-+]?[\d.,]+)\s*(?P<unit>[A-Za-z]*)",
     )  # fmt: skip
 
 
-def numbers_as_labels(values: FloatArray) -> ColumnGuess | None:
+def _in_their_rows(numbers: FloatArray, raw: RawColumn) -> FloatArray:
+    """Numbers of the cells that are not empty, shape (n,), NaN in all others."""
+    found = np.full(len(raw.values), np.nan)
+    found[~raw.empty] = numbers
+    return found
+
+
+def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) -> ColumnGuess | None:
+    """Weights that were put together, or none at all: ``1 lb + 2.5 lb``, ``empty``."""
+    different = tuple(dict.fromkeys(words))
+    if not 1 < len(different) <= FEW or raw.empty.any():
+        return None
+    found = sums_of(different)
+    if found is None or name.quantity not in ("load", "unknown", "label", "other", "reading"):
+        return None
+    loads, unit = found
+    values = np.array([loads[word] for word in words])
+    if np.ptp(values) == 0.0:
+        return None
+    return ColumnGuess(
+        column, replace(name, quantity="load"), unit, "likely", "weights in words, added up",
+        values, names={word: f"{load:.10g}" for word, load in loads.items()},
+    )  # fmt: skip
+
+
+def numbers_as_labels(values: FloatArray, largest: float = FEW) -> ColumnGuess | None:
     """Small whole numbers that take turns, as sensors are counted; None where they are no labels.
 
     Parameters
     ----------
     values
         Of a column that is called after a sensor or a leg, shape (n,).
+    largest
+        Of these numbers; settings of an amplifier are larger than the numbers of sensors.
     """
     good = values[np.isfinite(values)]
     if good.size < values.size or np.any(good != np.round(good)):
         return None
     different = list(dict.fromkeys(good.tolist()))
-    if not 1 < len(different) <= min(FEW, good.size // 2) or not 0 <= max(different) <= FEW:
+    if not 1 < len(different) <= min(FEW, good.size // 2) or not 0 <= max(different) <= largest:
         return None
     codes = np.array([different.index(value) for value in good.tolist()])
     words = tuple(f"{value:.0f}" for value in different)

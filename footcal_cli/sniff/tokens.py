@@ -17,7 +17,12 @@ _DATE = re.compile(
     r"(?: ?(?:Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
 )
 _TIME = re.compile(_TIME_OF_DAY)
-_WITH_UNIT = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,6})")
+_WITH_UNIT = re.compile(
+    r"([+-]?(?:\d{1,3}(?:[,.' \u00a0\u202f]\d{3})+(?:[.,]\d+)?|\d+[.,]?\d*|[.,]\d+)"
+    r"(?:[eE][+-]?\d+)?)\s*([A-Za-zµ%°]{1,6})"
+)
+FRACTION = re.compile(r"([+-]?\d+)\s*/\s*(\d{3,})")
+"""A reading beside its full scale: ``2048/4095``."""
 _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
 PLUS_MINUS = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?")
 """A mean with its scatter."""
@@ -27,6 +32,12 @@ IN_WORDS = re.compile(
     r"(?<![\w.+-])(?<!\d,)([-+]?\d+(?:[.,]\d+)?)\s*(kg|g|mg|N|kN|mN|lb|lbs|lbf|oz|kgf|gf)(?!\w)"
 )
 """A weight with its unit among words."""
+SUM_OF_WEIGHTS = re.compile(
+    r"(?:\d{1,2}\s*[x×*]\s*)?{0}(?:\s*(?:\+|&|and|plus|und|et)\s*(?:\d{1,2}\s*[x×*]\s*)?{0})*".replace(
+        "{0}", r"\d+(?:[.,]\d+)?\s*(?:kg|g|mg|N|kN|mN|lb|lbs|lbf|oz|kgf|gf)"
+    )
+)
+"""Weights that lie there together: ``1 lb + 2.5 lb``, ``2 x 500 g``."""
 HEXADECIMAL = re.compile(r"0[xX][0-9A-Fa-f]{1,12}")
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-nan", "inf", "-inf", "-", "--", "#n/a",
            "#div/0!", "#value!", "#ref!", "#num!", "#name?", "#null!"}  # fmt: skip
@@ -50,7 +61,7 @@ def is_moment(text: str) -> bool:
 
 
 def with_unit(text: str) -> tuple[str, str] | None:
-    """Number and unit of a cell such as ``0.5 kg``."""
+    """Number and unit of a cell such as ``0.5 kg`` or ``8,388,123 cts``."""
     found = _WITH_UNIT.fullmatch(text.strip())
     return (found[1], found[2]) if found else None
 
@@ -63,7 +74,7 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
         return 1.0
     if PLUS_MINUS.fullmatch(text):
         return 1.0
-    if with_unit(text):
+    if with_unit(text) or FRACTION.fullmatch(text) or SUM_OF_WEIGHTS.fullmatch(text):
         return 0.7
     return 0.1 if _WORD.fullmatch(text) else -1.0
 

@@ -27,17 +27,22 @@ _ALSO = {
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
     "metres": "m", "s": "s", "m": "m", "n": "N", "dan": "daN", "decanewton": "daN",
     "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm", "мв": "mV",
+    "كغ": "kg", "كجم": "kg", "غ": "g", "غرام": "g", "نيوتن": "N", "کیلوگرم": "kg", "گرم": "g",
+    "किग्रा": "kg", "ग्राम": "g", "กก.": "kg", "กรัม": "g", "ק\"ג": "kg", "גרם": "g", "킬로그램": "kg",
     "в": "V", "千克": "kg", "公斤": "kg", "克": "g", "牛": "N", "秒": "s", "毫秒": "ms",
 }  # fmt: skip
 GRAVITY_MPS2 = 9.80665
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
 """In kg."""
 TIMES = ("s", "ms", "us", "ns", "min", "h")
+LENGTHS = ("m", "mm", "cm", "in", "ft")
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
               "deg/s", "Hz", "rpm", "g0", *TIMES[1:])  # fmt: skip
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""
+LOADS = (*WEIGHTS, "kgf", "lbf", "gf", "kg", "g", "lb", "oz", "mg", "t", "stone", "daN", "ozf")
+"""Units of a load."""
 _AMBIGUOUS = 2
 """Units of so few letters differ by the size of these letters."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")

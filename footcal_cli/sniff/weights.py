@@ -10,10 +10,12 @@ from itertools import permutations
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
+from footcal_cli.core.bench.split_lines import split_lines
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
 from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
+from footcal_cli.sniff.holds import short_holds
 from footcal_cli.sniff.names import PUT, words_of
 from footcal_cli.sniff.plan import (
     FORCES,
@@ -38,6 +40,8 @@ _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
 _FEWEST_PARTS, _WHOLE = 2.0, 1e-6
 """Units that are written beside each other, pounds and ounces: so many parts, a whole number."""
+_BY_CHANCE = 1e-3
+"""How rarely columns of one cell lie on lines so far apart."""
 _STRAIGHT = 0.98
 """How much of a reading's variance the load on a cell explains at least."""
 UNIT_ASKED = Blank(
@@ -118,6 +122,14 @@ def weights(
     if time and file.rows >= _ROWS_OF_A_STREAM:
         return _stream(file, named, entries, asked)
     wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
+    if _one_cell(load, cells):
+        channel = Entry(value="cell", why="readings without names, all on one line of the load")
+        wide = {str(i): own for i, own in enumerate(wide.values(), 1)}
+        return Plan(
+            file, f"known weights on one cell, {len(cells)} readings in each row", "numbers "
+            "without names that agree", "likely", "offline-fit", "weights",
+            {**entries, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
+        )  # fmt: skip
     return Plan(
         file, f"known weights, the readings of {len(cells)} cells beside each other",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
@@ -127,6 +139,18 @@ def weights(
             "of them, give each its share",
         ),
     )  # fmt: skip
+
+
+def _one_cell(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
+    """Whether readings in columns without names are of one cell: one line of the load is enough."""
+    if not all(re.fullmatch(r"column_\d+", c.column) for c in cells):
+        return False
+    force, read = numbers_of(load), np.concatenate([numbers_of(c) for c in cells])
+    if read.size != len(cells) * force.size:
+        return False
+    codes = np.repeat(np.arange(len(cells)), force.size)
+    found = split_lines(np.tile(force, len(cells)), read, codes)
+    return found is not None and found.one_line > _BY_CHANCE
 
 
 def moves(cell: ColumnGuess) -> bool:
@@ -358,7 +382,11 @@ def _stream(
     """A recording of one or more cells under a load that is read too."""
     entries = {k: v for k, v in entries.items() if k in ("time_s", "load_n", "temperature_degc")}
     entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
+    load, time = (entries[name].column for name in ("load_n", "time_s"))
+    options: tuple[str, ...] = ()
+    if load is not None and time is not None and (at := seconds_of(time)) is not None:
+        options = short_holds(at, numbers_of(load))
     return Plan(
         file, "a running recording while the load changes", "time, load and readings", "likely",
-        "offline-fit", "weights_stream", entries, tuple(named), blanks=asked,
+        "offline-fit", "weights_stream", entries, tuple(named), blanks=asked, options=options,
     )  # fmt: skip

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from footcal_cli.core.bench.split_lines import split_lines
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.texts import numbers_as_labels
@@ -42,7 +44,8 @@ def cell_column(
         return labels[0]
     tests = [(split_lines(force, read, codes_of(c)), c) for c in labels]
     if not labels:
-        tests = [(split_lines(force, read, codes_of(c)), c) for c in _numbers_and_places(file)]
+        others = [c for c in _numbers_and_places(file) if c.column != cell.column]
+        tests = [(split_lines(force, read, codes_of(c)), c) for c in others]
         tests = [(t, c) for t, c in tests if t and max(t.one_zero, t.one_slope) < _BY_CHANCE]
     found = [(t.variance, i) for i, (t, _) in enumerate(tests) if t and t.one_line < _BY_CHANCE]
     if not found:
@@ -55,8 +58,11 @@ def cell_column(
 def _numbers_and_places(file: FileGuess) -> list[ColumnGuess]:
     """Columns of few small whole numbers, and of places, that nothing else uses."""
     found = [c for c in file.of("placement") if c.codes is not None and len(c.words) > 1]
-    for column in file.of("unknown", "placement", "sequence"):
-        if column.values is not None and (words := numbers_as_labels(column.values)) is not None:
+    for column in file.of("unknown", "placement", "sequence", "reading"):
+        if (
+            column.values is not None
+            and (words := numbers_as_labels(column.values, np.inf)) is not None
+        ):
             column = ColumnGuess(
                 column.column, column.name, None, "likely", words.why, words=words.words,
                 codes=words.codes,

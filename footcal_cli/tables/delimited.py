@@ -19,7 +19,7 @@ import numpy as np
 from footcal_cli.core.parameters import IntArray
 from footcal_cli.errors import DataError
 from footcal_cli.tables.carried import Carried, carried_names
-from footcal_cli.tables.drawn import is_rule, undrawn, with_plain_exponents
+from footcal_cli.tables.drawn import is_rule, undrawn, with_plain_numbers
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import short, unreadable
 
@@ -160,7 +160,7 @@ def decoded(path: Path, layout: Layout) -> str:
     content = _bytes(path)
     encoding = "utf-8-sig" if layout.encoding.lower() in ("utf-8", "utf8") else layout.encoding
     try:
-        return with_plain_exponents(content.decode(encoding))
+        return with_plain_numbers(content.decode(encoding))
     except UnicodeDecodeError as error:
         raise DataError(
             f"not {layout.encoding} text: byte 0x{content[error.start]:02x}", file=path,

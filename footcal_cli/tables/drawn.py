@@ -16,9 +16,14 @@ _BARS = str.maketrans(dict.fromkeys("|│┃║¦", " "))
 _DRAWN = r"[\s|+:.'=_│┃║├┤┼╞╡╪╫┌┐└┘┬┴─━═╌╴╶-]*"
 _RULE = re.compile(
     rf"{_DRAWN}(?:-{{3,}}|[─━═]{{2}}|={{3,}}){_DRAWN}|[\s|:+-]*\|[\s|:+-]*-[\s|:+-]*"
-    rf"|\s*\\[A-Za-z]+\b[^&]*|\s*\{{\|.*|\s*\|\}}\s*"
+    rf"|\s*(?:```|~~~)\w*\s*|\s*\\[A-Za-z]+\b[^&]*|\s*\{{\|.*|\s*\|\}}\s*"
 )
 _ROW_END = re.compile(r"\\\\\s*(?:\\[A-Za-z]+\b[^&]*)?$")
+_DIGITS = str.maketrans({
+    **{chr(zero + i): str(i) for zero in (0x660, 0x6F0, 0x966, 0xFF10) for i in range(10)},
+    "\N{ARABIC DECIMAL SEPARATOR}": ".", "\N{ARABIC THOUSANDS SEPARATOR}": "",
+})  # fmt: skip
+"""Digits of Arabic, Persian, Devanagari, and those as wide as Chinese characters."""
 _EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]\d{2,3})(?!\w)")
 
 
@@ -34,7 +39,9 @@ def undrawn(line: str, separator: str) -> str:
     return _ROW_END.sub("", line.rstrip()) if separator == TEX else line
 
 
-def with_plain_exponents(text: str) -> str:
-    """A text whose numbers have the exponents of Fortran (``0.5D+01``) as all others write them."""
+def with_plain_numbers(text: str) -> str:
+    """A text whose numbers have ASCII digits, and exponents of Fortran (``0.5D+01``) as E."""
+    if not text.isascii():
+        text = text.translate(_DIGITS)
     some = any(sign in text for sign in ("D+", "D-", "d+", "d-"))
     return _EXPONENT.sub(r"\1E\2", text) if some else text

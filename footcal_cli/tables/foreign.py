@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import re
+from collections import Counter
 
 READERS = {
     ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
@@ -10,7 +13,8 @@ READERS = {
     ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
     ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
     ".log": "logs", ".yaml": "documents", ".yml": "documents", ".xml": "records",
-    ".parquet": "logs", ".pq": "logs", ".html": "webpages", ".htm": "webpages",
+    ".ini": "logs", ".toml": "logs", ".parquet": "logs", ".pq": "logs", ".html": "webpages",
+    ".htm": "webpages",
 }  # fmt: skip
 """Suffix -> module of the room `formats` that makes tables of such a file."""
 _BLOCK = re.compile(r"(?m)^(\s*)([A-Za-z_]\w*) \{[ \t]*$")
@@ -19,8 +23,67 @@ _BETWEEN = re.compile(r"\n[ \t]*\n")
 _FEWEST_BLOCKS = 2
 
 
+_CARD_LINE = re.compile(r"^\s*([^\W\d][^:=\[\]{}<>|]{0,40}?)\s*[:=]\s*(\S.*?)\s*$")
+_TITLE = re.compile(r"^\s*(?:\[+[^\]]*\]+|[-=*_#]{3,}.*)\s*$")
+_FEWEST_CARDS, _ALIKE = 3, 0.8
+
+
+def cards(text: str) -> list[dict[str, str]]:
+    """Records of lines ``key: value``, a new one where a key comes again; empty for other texts.
+
+    Most of them have the same keys, two at least; what stands above the first of these is left out.
+    """
+    found: list[dict[str, str]] = [{}]
+    taken = written = 0
+    for line in text.splitlines():
+        if not line.strip() or _TITLE.match(line):
+            continue
+        written += 1
+        if (pair := _CARD_LINE.match(line)) is None:
+            continue
+        taken += 1
+        if pair[1] in found[-1]:
+            found.append({})
+        found[-1][pair[1]] = pair[2]
+    if not written or taken < _ALIKE * written:
+        return []
+    keys = Counter(frozenset(one) for one in found)
+    most, count = keys.most_common(1)[0]
+    if count < max(_FEWEST_CARDS, _ALIKE * len(found) - 1) or len(most) < 2:
+        return []
+    return [{k: v for k, v in one.items() if k in most} for one in found if most <= one.keys()]
+
+
+def is_of_cards(text: str) -> bool:
+    """Whether a text is of records of lines ``key: value``."""
+    return bool(cards(text))
+
+
+def _literal(text: str) -> str:
+    """``JSON`` where a text begins with an object in it, ``Python`` where it is one of that.
+
+    Alone, or as the first of a list.
+    """
+    start = text.lstrip().removeprefix("[").lstrip()
+    if not start.startswith("{"):
+        return ""
+    try:
+        json.JSONDecoder().raw_decode(start)
+    except ValueError:
+        pass
+    else:
+        return "JSON"
+    try:
+        said = ast.literal_eval(text.strip())
+    except (ValueError, SyntaxError, MemoryError, RecursionError):
+        return ""
+    return "Python" if isinstance(said, dict | list) else ""
+
+
 def kind_of_records(text: str) -> str:
-    """``HTML``, ``XML`` or ``YAML`` where a text is records in it; empty for all others."""
+    """JSON, Python, HTML, XML or YAML where a text is records in it; empty for all others."""
+    if kind := _literal(text):
+        return kind
     if re.match(r"\s*<(?:!doctype html|html|table)\b", text, re.IGNORECASE):
         return "HTML"
     if is_xml(text):

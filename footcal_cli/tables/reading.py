@@ -39,6 +39,8 @@ class ForeignColumn:
         Numbers are multiplied by it (−1 where a sign is the other way round).
     nanoseconds
         Another column of the file: nanoseconds beside the whole seconds of `column`.
+    high_word
+        Another column of the file: the high one of two registers of 16 bits, `column` the low one.
     plus
         Other columns of the file -> their units: what comes on top (ounces beside pounds).
     wraps_at
@@ -65,6 +67,7 @@ class ForeignColumn:
     format: str | None = None
     factor: float | None = None
     nanoseconds: str = ""
+    high_word: str = ""
     plus: Mapping[str, str] = field(default_factory=dict)
     wraps_at: float | None = None
     summed: bool = False

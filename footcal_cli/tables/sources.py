@@ -17,6 +17,7 @@ from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names, raw_columns
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
+from footcal_cli.tables.registers import with_high_word
 from footcal_cli.tables.textfiles import called_as
 from footcal_cli.tables.units import conversion
 
@@ -61,6 +62,7 @@ def source_columns(
     own = set(column_names(path, reading.layout))
     wanted = {p.column for p in places.values() if p.in_file}
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
+    wanted |= {p.high_word for p in places.values() if p.high_word}
     wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
     wanted |= conditions
@@ -102,6 +104,9 @@ def source_columns(
             for other, unit in place.plus.items():
                 more = _cell(raw[other], place, reading, path)
                 found[name] = _plus(found[name], more, place, (other, unit), path)
+            if place.high_word:
+                both = (place.column, place.high_word)
+                found[name] = with_high_word(found[name], raw[place.high_word], both, path)
             if place.nanoseconds:
                 found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:

@@ -133,6 +133,17 @@ def _formatted(raw: RawColumn, spec: Column, name: str, path: Path, form: str) -
     return np.asarray(found + _DAY_NS * np.cumsum(np.diff(found, prepend=found[0]) < -_DAY_NS // 2))
 
 
+def since_the_first(raw: RawColumn, form: str) -> NDArray[np.float64]:
+    """Seconds since the first of some dates, shape (n,); NaN where there is none."""
+    import pandas as pd
+
+    words = pd.Series(
+        [None if e else str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True)]
+    )
+    dates = pd.to_datetime(words, format=form, errors="coerce", utc=True)
+    return np.asarray((dates - dates.dropna().min()).dt.total_seconds(), dtype=np.float64)
+
+
 def durations(raw: RawColumn, spec: Column, name: str, path: Path) -> NDArray[np.float64] | None:
     """A column of durations as seconds (n,); None where it holds something else."""
     if spec.unit != "s" or raw.kind != "duration":

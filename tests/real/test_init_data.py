@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.conftest import Run
@@ -19,8 +21,8 @@ GUESSES = [
         {"cop_x_m": "plate_x_m_mean", "hole_y_m": "ref_y_m_mean"},
     ),
     (
-        "icub-four-ft/trial3_four_ft.csv", "static-init", "cells",
-        {"left_fz_n": "left_foot_ft_fz", "right_tx_nm": "right_foot_ft_tx"},
+        "icub-four-ft/trial3_four_ft.csv", "pose-calib", "cells",
+        {"left_foot_ft_fz_n": "left_foot_ft_fz", "right_leg_ft_tx_nm": "right_leg_ft_tx"},
     ),
     (
         "insole-plenum/calibration_dataset.parquet", "offline-fit", "weights_stream",
@@ -65,6 +67,35 @@ def test_a_plate_is_corrected_by_the_guessed_recipe(
     answer = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out", "--no-pictures")
     assert answer.exit_code == 0, answer.err
     assert "No correction of the CoP helps" in answer.out
+
+
+def test_transducers_in_series_are_compared_by_the_guessed_recipe(
+    real_data: Path, run: Run, tmp_path: Path, repository: Path
+) -> None:
+    """The guess finds the project's pairs and its relative mountings."""
+    log, recipe = real_data / "icub-four-ft/trial3_four_ft.csv", tmp_path / "guess.toml"
+    assert run("init", log, "-o", recipe).exit_code == 0
+    own = repository / "recipes/icub_four_ft.toml"
+    found = []
+    for out, words in (("guess", ()), ("own", (log,))):
+        words = (*words, "--recipe", recipe if out == "guess" else own, "--no-pictures")
+        done = run("pose-calib", *words, "--out", tmp_path / out)
+        assert done.exit_code == 0, done.err
+        rows = json.loads((tmp_path / out / "rmse.json").read_text())["rows"]
+        found.append([row["rmse"] for row in rows])
+    assert found[0] == pytest.approx(found[1], rel=0.05)
+
+
+@pytest.mark.parametrize("trial", ["14_1", "14_2", "14_3", "14_4", "16_1", "16_2", "16_4"])
+def test_the_mounting_of_ankle_transducers_is_found(
+    trial: str, real_data: Path, run: Run, tmp_path: Path
+) -> None:
+    """As the robot's drawing has it; in the eighth trial nothing is said."""
+    log, recipe = real_data / f"reemc-walking/{trial}.csv", tmp_path / "guess.toml"
+    assert run("init", log, "-o", recipe).exit_code == 0
+    feet = tomllib.loads(recipe.read_text(encoding="utf-8"))["robot"]["feet"]
+    for side in ("left", "right"):
+        assert feet[side]["transducer_rotation_rpy_rad"] == pytest.approx([0, -np.pi / 2, 0])
 
 
 def test_a_plate_and_insoles_that_share_it_are_no_reference_and_cells(

@@ -11,7 +11,7 @@ import pytest
 from footcal_cli.core.hang.intake import between_holds, held_still
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.names import orientation_in
+from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.tokens import number_signs
 from footcal_cli.tables.canonical import unwrapped
 from footcal_cli.tables.plates import cells_of

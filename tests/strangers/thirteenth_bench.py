@@ -200,8 +200,7 @@ def ini_sections(to: Path, rng: Rng) -> Made:
     one, kg, lines = cell(rng), steps((0, 1, 2, 5), 4), ["[Instrument]", "Model=DAD141"]
     for i, (k, c) in enumerate(zip(kg, one.read(kg * G, rng), strict=True), 1):
         lines += ["", f"[Sample{i}]", f"Load_kg={k:g}", f"Raw={c:.0f}"]
-    return Made([write(to / "cal.ini", lines, end="\r\n")], truth_of(one, 50),
-                says="one table of numbers")  # fmt: skip
+    return Made([write(to / "cal.ini", lines, end="\r\n")], truth_of(one, 50))
 
 
 def forum_commas(to: Path, rng: Rng) -> Made:

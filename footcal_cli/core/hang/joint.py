@@ -32,6 +32,10 @@ _TYPICAL_SD = np.array([1.0] * 3 + [0.1] * 3)
 _LEAST_NOISE = 1e-9  # of the weight: logs without any noise
 
 
+_STEPS_KEPT, _OF_A_GAUSSIAN = 0.9, 0.623
+"""Share of the steps that count, and of a Gaussian's variance what so much of it has."""
+
+
 @dataclass(frozen=True)
 class HangOptions:
     """What may be asked of a hanging fit.
@@ -113,14 +117,18 @@ class HangFit:
     def misfit(self, runs: Sequence[HangRun]) -> float:
         """RMS residual over the scatter from sample to sample, of the worst channel.
 
-        0 where no run has two samples: nothing says how much they scatter.
+        The largest tenth of the steps is left out: from hold to hold they are no scatter. 0 where
+        no run has two samples: nothing says how much they scatter.
         """
         left = self.residuals(runs)
         size = np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0))
         steps = np.concatenate([np.diff(part, axis=0) for part in left])
         if not len(steps):
             return 0.0
-        scatter = np.sqrt(np.mean(steps**2, axis=0) / 2.0)
+        squares = steps**2
+        small = np.where(squares <= np.quantile(squares, _STEPS_KEPT, axis=0), squares, np.nan)
+        kept = np.nanmean(small, axis=0) / _OF_A_GAUSSIAN
+        scatter = np.sqrt(np.where(kept > 0.0, kept, np.mean(squares, axis=0)) / 2.0)
         return float(np.max(size / np.maximum(scatter, 1e-300)))
 
     def residuals(self, runs: Sequence[HangRun]) -> list[FloatArray]:

@@ -1,0 +1,86 @@
+"""The six axes of a transducer as entries of a recipe, with what lines above the table say of them.
+
+Room: sniff; asked by six_axis and six_axis_feet.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.sniff.units import known_unit
+
+_AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": "ty_nm",
+                 "tz": "tz_nm"}  # fmt: skip
+_LONGEST_LEVER = 5.0
+"""Torques that change so much beside forces of unknown unit are not in Nm."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What lines above the table say of forces (``f``) and torques (``t``).
+
+    Parameters
+    ----------
+    per_count
+        Newtons or newton metres, or what `unit` says, in one count.
+    unit
+        Of the values.
+    """
+
+    per_count: Mapping[str, float]
+    unit: Mapping[str, str]
+
+
+def said_above(file: FileGuess) -> Said:
+    """Counts per newton and units in the lines above a table, as Net F/T writes them."""
+    per_count, unit = {}, {}
+    for line in file.text.above:
+        plain = line.replace('"', "")
+        counts = re.search(r"counts per (?:unit )?(force|torque)\W+([\d.]+(?:e\d+)?)", plain, re.I)
+        if counts and float(counts[2]) > 0:
+            per_count[counts[1][0].lower()] = 1.0 / float(counts[2])
+        named = re.search(r"(force|torque) units?\W+([A-Za-z.*-]+)", plain, re.I)
+        if named and (known := known_unit(named[2])) is not None:
+            unit[named[1][0].lower()] = known
+    return Said(per_count, unit)
+
+
+def _lever(group: dict[str, ColumnGuess]) -> float:
+    """How much the torques change beside the forces: metres, if they are in N and Nm."""
+    values = np.column_stack([numbers_of(group[axis]) for axis in _AXIS_COLUMNS])
+    spread = np.nanstd(values, axis=0)
+    force, torque = float(np.linalg.norm(spread[:3])), float(np.linalg.norm(spread[3:]))
+    return torque / force if force > 0 else 0.0
+
+
+def axes_of(
+    group: dict[str, ColumnGuess], said: Said, sign: float = 1.0, prefix: str = ""
+) -> dict[str, Entry]:
+    """Entries of the six axes; torques far too large beside the forces are in Nmm.
+
+    Parameters
+    ----------
+    group
+        Axis -> column.
+    said
+        What the lines above the table say.
+    sign
+        −1 where the transducer reads the opposite of what pulls on it.
+    prefix
+        Before each canonical name.
+    """
+    entries = {}
+    torque = "N*mm" if _lever(group) > _LONGEST_LEVER else "N*m"
+    for axis, name in _AXIS_COLUMNS.items():
+        column, kind = group[axis], axis[0]
+        unit = column.unit or said.unit.get(kind) or ("N" if kind == "f" else torque)
+        factor = sign * column.name.factor
+        factor *= said.per_count.get(kind, 1.0) if column.counts else 1.0
+        entries[prefix + name] = replace(of(column, unit), factor=None if factor == 1 else factor)
+    return entries

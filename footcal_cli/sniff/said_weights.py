@@ -1,0 +1,64 @@
+"""Weights said in words: ``1 lb + 2.5 lb``, ``2 x 500 g``, ``empty``.
+
+Room: sniff; asked for texts of columns and for lines without fields.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from footcal_cli.sniff.tokens import IN_WORDS
+from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+
+_JOINED = re.compile(r"\s*(?:\+|&|and|plus|und|et|y|e)\s*", re.IGNORECASE)
+_TIMES = re.compile(r"(?<![\w.,])(\d{1,2})\s*[x×*]\s*$", re.IGNORECASE)
+_NOTHING = re.compile(
+    r"(?:it'?s |all |is |still |again )*(?:empty|nothing|no (?:load|weights?)|none|zero|unloaded|"
+    r"tare|tara|off|bare|leer|unbelastet|ohne last|vide|à vide|vuoto|scarico|vac[ií]o|vazio)"
+    r"(?: again| on it| on)?",
+    re.IGNORECASE,
+)
+
+
+def said_weight(text: str) -> list[tuple[float, str]] | None:
+    """Weights that a text adds up, with their units; empty for none put on, None for other words.
+
+    Between two weights stands what joins them: of ``5 kg cell, 1 kg`` the sum is none.
+    """
+    text = text.strip(" \t.,;:!*#-")
+    if _NOTHING.fullmatch(text) or text == "0":
+        return []
+    found = list(IN_WORDS.finditer(text))
+    said, end = [], 0
+    for at, one in enumerate(found):
+        before = text[end : one.start()]
+        times = _TIMES.search(before)
+        plain = before[: times.start()] if times else before
+        if re.search(r"\d", plain) or (at and not _JOINED.fullmatch(plain)):
+            return None
+        unit = known_unit(one[2])
+        if unit is None or one[1].startswith("-"):
+            return None
+        said.append((float(one[1].replace(",", ".")) * (int(times[1]) if times else 1), unit))
+        end = one.end()
+    return said if said and not re.search(r"\d", text[end:]) else None
+
+
+def sums_of(texts: Iterable[str]) -> tuple[dict[str, float], str] | None:
+    """The load that each text says, in one unit, and the unit; None where a text says none.
+
+    In the unit of all, or in kg or N where they differ.
+    """
+    said = {text: said_weight(text) for text in texts}
+    units = {unit for parts in said.values() for _, unit in parts or ()}
+    if not units or any(parts is None for parts in said.values()):
+        return None
+    sizes = next((s for s in (MASSES, WEIGHTS) if units <= s.keys()), None)
+    if len(units) > 1 and sizes is None:
+        return None
+    unit = next(iter(units)) if len(units) == 1 else "kg" if sizes is MASSES else "N"
+    return {
+        text: sum(n if u == unit else n * (sizes or {})[u] for n, u in parts or ())
+        for text, parts in said.items()
+    }, unit

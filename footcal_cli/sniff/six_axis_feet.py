@@ -1,0 +1,106 @@
+"""Six-axis transducers and plates under feet: plans for standing and walking.
+
+Room: sniff; asked by six_axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from footcal_cli.sniff.axes import axes_of, said_above
+from footcal_cli.sniff.foot_mounts import mounted
+from footcal_cli.sniff.groups import transducers_by_stem
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.in_series import quiet_start_s
+from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, Plan, times
+
+
+def in_series(file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[str, Entry]) -> Plan:
+    """Two transducers in each leg, and nothing else known of the robot: what each pair must share.
+
+    Parameters
+    ----------
+    file
+        The log.
+    pairs
+        Names of transducers, the upper one first.
+    time
+        The entry of stamps.
+    """
+    groups, said = transducers_by_stem(file), said_above(file)
+    names = [name for pair in pairs for name in pair]
+    entries = dict(time)
+    for name in names:
+        entries |= axes_of(groups[name], said, prefix=f"{name}_")
+    listed = ", ".join(f'["{upper}", "{lower}"]' for upper, lower in pairs)
+    return Plan(
+        file, f"{len(names)} six-axis transducers, two in series in each of {len(pairs)} legs",
+        "the forces in a leg change together, and no attitude, mass or motion of the body is "
+        "there", "likely", "pose-calib", "cells", entries,
+        options=(
+            'fit = "series"', f"series = [{listed}]",
+            f"quiet_s = {quiet_start_s(file, names):g}    # likely: then the forces move",
+        ),
+    )  # fmt: skip
+
+
+def plates_of(
+    file: FileGuess, six: Mapping[str, dict[str, ColumnGuess]], rate: float | None,
+    blanks: tuple[Blank, ...],
+) -> Plan:  # fmt: skip
+    """Six-axis plates that carry one weight: their vertical forces, which need no body stream."""
+    entries, _, _ = times(file, needed=True)
+    said, tables = said_above(file), []
+    for name, group in six.items():
+        entries[f"{name}_plate_counts"] = axes_of(group, said)["fz_n"]
+        tables.append(f"[robot.feet.{name}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
+    return Plan(
+        file, f"{len(six)} six-axis plates under one weight", "vertical forces that add up to what "
+        "hardly changes", "likely", "static-init", "cells", entries,
+        tuple(f"{name}_plate" for name in six), rate_hz=rate, robot=(*tables, IN_NEWTON),
+        blanks=(MASS, *blanks),
+        warnings=("the vertical forces are calibrated; horizontal forces and moments need the "
+                  "motion of the body, [data] body",),
+    )  # fmt: skip
+
+
+_MOTION = Blank(
+    ('# body = ["…"]    # in [data]: CoM, its acceleration and places of the feet;',
+     "#                 # footcal kinematics makes them of joint positions and a URDF"),
+    "transducers at feet are weighed with the body's motion, which the log does not have",
+)  # fmt: skip
+_UNTURNED = (
+    "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
+)
+_MOUNTED = (
+    "# if known: no log says how the transducer is mounted.\n"
+    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
+    "# weight_below_n = 0.0    # what hangs below the transducer"
+)
+
+
+def ankles(
+    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], entries: dict[str, Entry],
+    blanks: tuple[Blank, ...],
+) -> Plan:  # fmt: skip
+    """Transducers at feet, with the motion of the body where the log has it."""
+    entries = {name: entry for name, entry in entries.items() if name == "time_s"}
+    said = said_above(file)
+    for name, group in six.items():
+        entries |= axes_of(group, said, prefix=f"{name}_")
+    body = body_entries(file)
+    mounting = mounted(six, body) if len(six) > 1 else ""
+    turned = f"\n{mounting or _UNTURNED}"
+    entries |= {name: entry for name, entry in body.items() if name != "time_s"}
+    command = "online-replay" if file.of("com") else "static-init"
+    moves = ", with the body's motion" if file.of("com") else ""
+    return Plan(
+        file, f"six-axis transducers at {'two' if len(six) == 2 else len(six)} feet{moves}",
+        "six axes of each, that carry a weight together", "likely", command, "cells", entries, (),
+        robot=(
+            *upright(file, body),
+            *(f"[robot.feet.{foot}]{turned}\n{_MOUNTED}" for foot in six),
+        ),
+        blanks=(MASS, *(() if file.of("com") else (_MOTION,)), *blanks),
+    )  # fmt: skip

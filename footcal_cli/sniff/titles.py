@@ -1,0 +1,56 @@
+"""What of a column's name says what it is: without what all names share, with what the file says.
+
+Room: sniff; asked by columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.tables.reading import Pivot
+
+_LEAST_NAMES = 2
+_BARE_AXES = {"x", "y", "z", "w"}
+_OF_A_FILE = ("acceleration", "gravity", "quaternion")
+
+
+def said_by_names(names: Sequence[str], stem: str, pivot: Pivot | None) -> list[str]:
+    """What each column's name says.
+
+    A title that all names begin with (``Run 1: Force (N)``) is left out, and bare axes are of what
+    the file is called after (``x`` in ``Gravity.csv``). Of ``<label>.<column>`` in a turned table
+    it is the label, where that says what the value is, and the column, where that is no value.
+
+    Parameters
+    ----------
+    names
+        Of the columns.
+    stem
+        The file's name without its suffix.
+    pivot
+        How the table was turned, None where it was not.
+    """
+    titles = {name.partition(":")[0] for name in names}
+    titled = len(names) >= _LEAST_NAMES and len(titles) == 1 and all(": " in n for n in names)
+    said = [name.partition(":")[2].strip() or name for name in names] if titled else list(names)
+    said = [_of_its_file(name, stem) for name in said]
+    return said if pivot is None else [_labelled(name, pivot) for name in said]
+
+
+def _of_its_file(name: str, stem: str) -> str:
+    """A bare axis with its file's name before it, if that is one of a quantity with axes."""
+    if name.strip().lower() not in _BARE_AXES:
+        return name
+    guess = name_guess(f"{stem} {name.strip().lower()}")
+    return f"{stem} {name.strip().lower()}" if guess.quantity in _OF_A_FILE and guess.axis else name
+
+
+def _labelled(name: str, pivot: Pivot) -> str:
+    label = next((x for x in pivot.labels if name.startswith(f"{x}.")), "")
+    own = name_guess(name.removeprefix(f"{label}."))
+    if not label or own.quantity not in ("reading", "unknown", "other"):
+        return name
+    if own.quantity == "other":
+        return name.removeprefix(f"{label}.")
+    return label if name_guess(label).quantity != "unknown" and own.unit is None else name
