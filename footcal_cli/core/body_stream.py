@@ -322,7 +322,7 @@ def check_heading(
     if feet_m is not None:
         across = (feet_m[0] - feet_m[1])[good]
         off = [_off_across(heading, across) for heading in (yaw, np.radians(yaw))]
-        if off[0] < IN_DEGREES * off[1]:
+        if off[0] < ACROSS_RAD < off[1]:
             return []
         if off[0] >= ACROSS_RAD and off[1] <= IN_DEGREES * off[0]:
             return [_in_degrees(where, f"lies {off[0]:.2g} rad off the line across both feet")]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.contact import airborne
+from footcal_cli.core.contact import CONTACT, airborne
 from footcal_cli.core.diagnosis.blocks import cut_balanced
 from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
 from footcal_cli.core.effects import TABLE
@@ -48,7 +48,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """Standing and walking: merged streams, blocks of whole gait cycles or stances."""
     kind = session.options.experiment
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
-    rule = MergeRule(delay_s=session.options.delay_s)
+    rule = MergeRule(delay_s=session.options.delay_s, contact=CONTACT[kind])
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
     logs, steps, noises = [], [], []
     for recording in recordings:
