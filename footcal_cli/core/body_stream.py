@@ -286,18 +286,32 @@ def check_saturation(acc_mps2: FloatArray, where: str) -> list[Finding]:
     ]  # fmt: skip
 
 
-def check_heading(time_s: FloatArray, yaw_rad: FloatArray, where: str) -> list[Finding]:
-    """Find headings in degrees: they turn too far, or too fast.
+def check_heading(
+    time_s: FloatArray, yaw_rad: FloatArray, where: str,
+    feet_m: tuple[FloatArray, FloatArray] | None = None,
+) -> list[Finding]:  # fmt: skip
+    """Find headings in degrees: the feet contradict them, or they turn too far or too fast.
+
+    The line from foot to foot lies across the heading, however often a robot has turned.
 
     Parameters
     ----------
     time_s, yaw_rad
         Shape (n,).
+    feet_m
+        Positions of the left and of the right foot, shape (n, 3) each.
     """
     good = np.isfinite(yaw_rad) & np.isfinite(time_s)
     yaw, time_s = yaw_rad[good], time_s[good]
     if yaw.size < _FEWEST:
         return []
+    if feet_m is not None:
+        across = (feet_m[0] - feet_m[1])[good]
+        off = [_off_across(heading, across) for heading in (yaw, np.radians(yaw))]
+        if off[0] < ACROSS_RAD < off[1]:
+            return []
+        if off[0] >= ACROSS_RAD and off[1] <= IN_DEGREES * off[0]:
+            return [_in_degrees(where, f"lies {off[0]:.2g} rad off the line across both feet")]
     # jumps by whole turns are a matter of the range, not of the unit
     turned = np.unwrap(yaw)
     furthest = float(np.abs(yaw).max())
@@ -313,32 +327,11 @@ def check_heading(time_s: FloatArray, yaw_rad: FloatArray, where: str) -> list[F
     ]
 
 
-def check_heading_across(
-    yaw_rad: FloatArray, left_m: FloatArray, right_m: FloatArray, where: str
-) -> list[Finding]:
-    """Find headings in degrees by the line from foot to foot, which lies across the heading.
-
-    Parameters
-    ----------
-    yaw_rad
-        Shape (n,).
-    left_m, right_m
-        Positions of both feet, shape (n, 3).
-    """
-    across = left_m - right_m
-    good = np.isfinite(yaw_rad) & np.isfinite(across).all(axis=1)
-    if good.sum() < _FEWEST:
-        return []
-    yaw, across = yaw_rad[good], across[good]
-    ahead = np.arctan2(across[:, 1], across[:, 0]) - np.pi / 2.0
-
-    def off(heading: FloatArray) -> float:
-        return float(np.median(np.abs(np.angle(np.exp(1j * (heading - ahead))))))
-
-    given, turned = off(yaw), off(np.radians(yaw))
-    if given < ACROSS_RAD or turned > IN_DEGREES * given:
-        return []
-    return [_in_degrees(where, f"lies {given:.2g} rad off the line across both feet")]
+def _off_across(heading_rad: FloatArray, across_m: FloatArray) -> float:
+    """Median angle from headings (n,) to those that lie across a line (n, 3); NaN from too few."""
+    off = heading_rad - np.arctan2(across_m[:, 1], across_m[:, 0]) + np.pi / 2.0
+    off = np.abs(np.angle(np.exp(1j * off[np.isfinite(off)])))
+    return float(np.median(off)) if off.size >= _FEWEST else np.nan
 
 
 def _in_degrees(where: str, seen: str) -> Finding:

@@ -220,12 +220,17 @@ def _silent(spread: FloatArray, names: Sequence[str]) -> Iterator[Finding]:
 
 
 def _twins(moved: Sequence[FloatArray], names: Sequence[str]) -> list[Finding]:
-    """Channels that are another one but for gain and offset, as no other two nearly are."""
+    """Channels that are another one but for gain and offset, as no other two nearly are.
+
+    Of loads that turn each other over none is a copy: cells in the middle of two feet share a
+    weight.
+    """
     inner = np.array([m.T @ m for m in moved])
     own = np.einsum("wii->wi", inner)
     left = {}
     for a, b in combinations(range(len(names)), 2):
-        rest = own[:, a] - inner[:, a, b] ** 2 / np.maximum(own[:, b], 1e-300)
+        same = np.maximum(inner[:, a, b], 0.0)
+        rest = own[:, a] - same**2 / np.maximum(own[:, b], 1e-300)
         left[a, b] = float(np.sqrt(max(rest.sum(), 0.0) / max(own[:, a].sum(), 1e-300)))
     (a, b), least = min(left.items(), key=lambda item: item[1])
     rest = [value for pair, value in left.items() if pair != (a, b)]

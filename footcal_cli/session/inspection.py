@@ -255,11 +255,11 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
         if f"{foot}_foot_yaw_rad" in table:
             name = f"{foot}_foot_yaw_rad"
             yaw = table.number(name)
-            heading = body_stream.check_heading(time_s, yaw, name)
-            if not heading and {"left", "right"} <= set(feet):
-                left, right = (at[feet.index(side)] for side in ("left", "right"))
-                heading = body_stream.check_heading_across(yaw, left, right, name)
-            found += heading
+            both = (
+                (at[feet.index("left")], at[feet.index("right")])
+                if {"left", "right"} <= set(feet) else None
+            )  # fmt: skip
+            found += body_stream.check_heading(time_s, yaw, name, both)
         if f"{foot}_foot_qw" in table:
             columns = [f"{foot}_foot_q{a}" for a in "xyzw"]
             # a link's frame may point anywhere, as transducer_rotation_rpy_rad then says

@@ -14,7 +14,7 @@ import pytest
 from footcal_cli.commands import option_tables
 from footcal_cli.core.body_stream import (
     check_acceleration,
-    check_heading_across,
+    check_heading,
     check_overlap,
     check_quaternions,
     check_saturation,
@@ -22,6 +22,7 @@ from footcal_cli.core.body_stream import (
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.recipe import Recipe, Robot, read_recipe
 from footcal_cli.records.results import ParametersRecord
+from footcal_cli.session import calibration
 from footcal_cli.session.inspection import inspect
 from footcal_cli.session.request import inspect_record
 from footcal_cli.tables import columns
@@ -294,6 +295,10 @@ def test_what_a_calibration_states_against_the_recipe() -> None:
     ):
         (finding,) = inspect_record(record.model_copy(update=change), robot, "p.json")
         assert (finding.code, finding.severity) == (code, severity)
+    for own in vars(calibration).values():  # what footcal writes it also reads
+        if isinstance(own, calibration.Conventions):
+            written = record.model_copy(update={"sign_convention": own.signs})
+            assert not list(inspect_record(written, robot, "p.json")), own.signs
 
 
 def test_placements_whose_cells_are_exchanged_copied_or_in_millimetres() -> None:
@@ -358,7 +363,17 @@ def test_headings_lie_across_the_line_from_foot_to_foot(
     ahead, aside = (np.array([np.cos(a), np.sin(a), 0.0]) for a in (looks, looks + np.pi / 2))
     left, right = (np.outer(s * step, ahead) + s * 0.05 * aside for s in (1.0, -1.0))
     yaw = np.full(200, np.degrees(looks) if degrees else looks)
-    assert len(check_heading_across(yaw, left, right, "left_foot_yaw_rad")) == found
+    assert len(check_heading(np.arange(200) / 50, yaw, "left_foot_yaw_rad", (left, right))) == found
+
+
+@pytest.mark.parametrize(("degrees", "found"), [(False, 0), (True, 1)])
+def test_a_robot_may_walk_in_circles(degrees: bool, found: int) -> None:
+    """Four turns in a minute are headings in radians, and the same ones in degrees are not."""
+    time_s = np.arange(0.0, 60.0, 0.02)
+    yaw = 8.0 * np.pi * time_s / 60.0
+    left = 0.1 * np.column_stack([-np.sin(yaw), np.cos(yaw), 0.0 * yaw])
+    written = np.degrees(yaw) if degrees else yaw
+    assert len(check_heading(time_s, written, "left_foot_yaw_rad", (left, -left))) == found
 
 
 def test_a_dead_cell_under_weights_on_a_foot_and_among_cells_loaded_together() -> None:

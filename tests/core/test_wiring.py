@@ -58,3 +58,23 @@ def test_a_session_in_another_unit_is_found_and_a_gain_is_not() -> None:
     assert finding.severity == "alarm"
     assert "session 3" in finding.sentence
     assert "kg" in finding.sentence
+
+
+@pytest.mark.parametrize(
+    ("noted", "others", "ratio"),
+    [
+        ("kg", "N", 9.80665),
+        ("lbf", "kg", 0.45359237),
+        ("kg", "lbf", 2.2046226),
+        ("g", "lbf", 0.0022046226),
+    ],
+)
+def test_a_session_noted_in_one_unit_beside_others_in_another(
+    noted: str, others: str, ratio: float
+) -> None:
+    """The number written for the same weight is 1/ratio of the others' unit."""
+    session, load = np.repeat(np.arange(4.0), 8), np.tile(np.linspace(0.0, 20.0, 8), 4)
+    counts = 8.3e6 - load / 3.4e-5
+    written = np.where(session == 1, load / ratio, load)
+    (finding,) = check_units_of_sessions("toe", written, counts, session)
+    assert f"noted in {noted}, the others' in {others}" in finding.sentence

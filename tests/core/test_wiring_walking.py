@@ -59,6 +59,17 @@ def test_a_copied_cell_is_found_with_a_gain_an_offset_and_noise_of_its_own() -> 
     assert (finding.code, finding.where) == ("duplicate_channel", "left_rl, right_fr")
 
 
+def test_cells_in_the_middle_of_two_feet_are_no_copies() -> None:
+    """Each bears a fifth of its foot's load, so that what one gains the other loses."""
+    rng = np.random.default_rng(4)
+    for seed in range(5):
+        time_s, forces, _ = steps(seed)
+        middle = 0.25 * np.stack([forces[:, :4].sum(axis=1), forces[:, 4:].sum(axis=1)], axis=1)
+        middle += 0.05 * rng.standard_normal(middle.shape)
+        names = (*NAMES, "left_mid", "right_mid")
+        assert not check_channels_walking(time_s, np.hstack([forces, middle]), names)
+
+
 def test_a_frozen_cell_is_found_though_its_offset_drifts() -> None:
     time_s, forces, _ = steps(1)
     late = time_s > 10.0
