@@ -16,7 +16,10 @@ from footcal_cli.records.results import ParametersRecord
 
 _SAME_GRAVITY = 0.006
 """Share by which gravity differs between places on the ground, at most."""
-_CONVENTIONS = ("force = scale * counts + bias", "reading = applied + offset")
+_CONVENTIONS = (
+    "force = scale * counts + bias", "reading = applied",
+    "applied wrench = (1 + scale) * reading - offset",
+)  # fmt: skip
 """How every sign convention that footcal writes begins."""
 _UNNAMED = Robot().name
 

@@ -22,6 +22,8 @@ from footcal_cli.core.body_stream import (
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.recipe import Recipe, Robot, read_recipe
 from footcal_cli.records.results import ParametersRecord
+from footcal_cli.session import calibration
+from footcal_cli.session.calibration import Conventions
 from footcal_cli.session.inspection import inspect
 from footcal_cli.session.request import inspect_record
 from footcal_cli.tables import columns
@@ -294,6 +296,18 @@ def test_what_a_calibration_states_against_the_recipe() -> None:
     ):
         (finding,) = inspect_record(record.model_copy(update=change), robot, "p.json")
         assert (finding.code, finding.severity) == (code, severity)
+
+
+def test_no_calibration_of_footcal_has_an_unknown_sign_convention() -> None:
+    robot = Robot(name="A")
+    own = [value for value in vars(calibration).values() if isinstance(value, Conventions)]
+    assert len(own) > 4
+    for conventions in own:
+        record = ParametersRecord(
+            command="x", created="", robot="A", gravity_mps2=robot.gravity_mps2,
+            sign_convention=conventions.signs, frame="", expressed_at="", parameters={},
+        )  # fmt: skip
+        assert not list(inspect_record(record, robot, "p.json")), conventions.signs
 
 
 def test_placements_whose_cells_are_exchanged_copied_or_in_millimetres() -> None:
