@@ -38,7 +38,7 @@ def _forces(session: Session[ApplyOptions]) -> Outcome:
     from dataclasses import replace
 
     from footcal_cli.core.plausibility import check_total_force
-    from footcal_cli.intake.forces import SeenForces
+    from footcal_cli.intake.forces import SeenForces, least_force_of
     from footcal_cli.session.run_files import set_aside
     from footcal_cli.sheets.forces import outcome_of
 
@@ -46,7 +46,7 @@ def _forces(session: Session[ApplyOptions]) -> Outcome:
     with session.step("apply"):
         move = set_aside(seen.forces(session), "calibrated.parquet")
     session.note(check_total_force(seen.total.kept, robot.weight_n, "all cells"))
-    least = session.options.least_force_n
+    least = least_force_of(session)
     found = outcome_of(robot, seen.total, seen.feet, seen.lost, least)
     return replace(found, files={"calibrated.parquet": move})
 

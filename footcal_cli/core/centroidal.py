@@ -13,6 +13,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray
 
 MIN_FORCE_N = 5.0
 """Vertical force below which a centre of pressure means nothing ([NAO], section 3.2)."""
+_LEAST_SHARE = 0.25
+"""Of a robot lighter than 2 kg, that force is no more than this share of its weight."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,11 @@ class Pressure:
     fz_n: FloatArray
     cop_m: FloatArray
     valid: BoolArray
+
+
+def least_force_n(asked_n: float, weight_n: FloatArray | float) -> FloatArray:
+    """Least vertical force that counts: as asked for, less under a robot that hardly weighs it."""
+    return np.minimum(asked_n, _LEAST_SHARE * np.asarray(weight_n, dtype=np.float64))
 
 
 def vertical_force(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.centroidal import MIN_FORCE_N
+from footcal_cli.core.centroidal import MIN_FORCE_N, least_force_n
 from footcal_cli.core.contact import Reason, Validity, judge
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -100,7 +100,8 @@ def select_quiet(
     if seen.any():  # a stand without any body stream still has its weight
         finite &= seen
     total = np.where(finite, forces_n.sum(axis=1), 0.0)
-    loaded = total > rule.min_force_n
+    weight_n = log.known["mass_kg"] * log.known["gravity_mps2"]
+    loaded = total > least_force_n(rule.min_force_n, weight_n)
     period = float(np.median(np.diff(log.time_s))) if n > 1 else 1.0
     warm = max(round(rule.warm_s / period), 1)
     still = finite & loaded & ~moving & ~np.isnan(log.known["contact"]).any(axis=1)

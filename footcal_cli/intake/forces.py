@@ -11,6 +11,7 @@ import numpy as np
 
 from footcal_cli.core.bench.cop_models import corrected_cop_m
 from footcal_cli.core.bench.matrix import bias_of, mixing_of
+from footcal_cli.core.centroidal import least_force_n
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.contract import Trait
@@ -162,8 +163,14 @@ def _calibration(session: Session[ApplyOptions], first: Table) -> _Calibration:
         np.array([places.get(cell, (np.nan, np.nan)) for cell in cells]), warmth,
         _corrections(session.options.cop_correction, record),
         {f: own for f, own in feet.items() if own and all(cell in cells for cell in own)},
-        session.options.least_force_n,
+        least_force_of(session),
     )  # fmt: skip
+
+
+def least_force_of(session: Session[ApplyOptions]) -> float:
+    """Force from which on a foot has a CoP: as asked for, less under a light robot."""
+    weight, asked = session.recipe.robot.weight_n, session.options.least_force_n
+    return asked if weight is None else float(least_force_n(asked, weight))
 
 
 def _corrections(given: str | None, record: ParametersRecord) -> dict[str, CopCorrectionRecord]:

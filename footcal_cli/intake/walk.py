@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.centroidal import least_force_n
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.comparison import Settings
@@ -57,6 +58,7 @@ def paper_methods(
 ) -> PaperMethods | None:
     """Those that run: all to compare, else the one that was asked for; None for none."""
     every = max(round(merged.rate_hz / options.update_hz), 1)
+    weight_n = merged.log.known["mass_kg"][0] * merged.log.known["gravity_mps2"][0]
     asked = [m for m in ("window", "static") if options.compare or m == options.method]
     if not asked and not options.sensitivity:
         return None
@@ -64,7 +66,7 @@ def paper_methods(
         samples=max(round(options.window_s * merged.rate_hz), every),
         every=every,
         foot_length_m=options.foot_length_m,
-        min_force_n=options.min_force_n,
+        min_force_n=float(least_force_n(options.min_force_n, weight_n)),
     )
     given = GivenWeights(options.force_weight, options.cop_weight, options.smooth_weight)
     return PaperMethods.run(merged.log, belief, asked, rule, given)

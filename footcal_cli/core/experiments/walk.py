@@ -14,7 +14,13 @@ from typing import TypedDict
 
 import numpy as np
 
-from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
+from footcal_cli.core.centroidal import (
+    MIN_FORCE_N,
+    Reference,
+    dynamic_reference,
+    least_force_n,
+    static_reference,
+)
 from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, CHANGE_OF_FOOT, COM_OFFSET, LEG_MASS
 from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
@@ -85,8 +91,13 @@ def cell_balance(log: Log, reference: Reference) -> Balance:
     return Balance(
         outputs=(*CELL_TOTALS, *log.channels),
         units=("N", "Nm", "Nm", *["N"] * len(log.channels)),
-        **_counted(log, error, known, reference.fz_n > MIN_FORCE_N),
+        **_counted(log, error, known, reference.fz_n > log.of_known(_least_force)),
     )
+
+
+def _least_force(log: Log) -> FloatArray:
+    """Vertical force from which on the totals of a log count, N, shape (n,)."""
+    return least_force_n(MIN_FORCE_N, log.known["mass_kg"] * log.known["gravity_mps2"])
 
 
 def six_axis_balance(log: Log) -> Balance:

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.centroidal import points_in_world
+from footcal_cli.core.centroidal import least_force_n, points_in_world
 from footcal_cli.core.contact import (
     Reason,
     airborne,
@@ -80,7 +80,7 @@ def merge_cells(
     total = np.where(good, per_foot.sum(axis=1), 0.0)
     reasons = {
         Reason.DROPOUT: ~(good & seen),
-        Reason.NO_CONTACT: good & (total < rule.min_force_n),
+        Reason.NO_CONTACT: good & (total < least_force_n(rule.min_force_n, weight)),
         Reason.TRANSITION: np.isnan(contact).all(axis=1) & good,
         Reason.LOW_IMU_CONFIDENCE: doubtful,
     }

@@ -6,7 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.centroidal import MIN_FORCE_N, Pressure, Reference, pressure
+from footcal_cli.core.centroidal import (
+    MIN_FORCE_N,
+    Pressure,
+    Reference,
+    least_force_n,
+    pressure,
+)
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
@@ -74,6 +80,8 @@ def corrected(
     if below_n is not None:
         forces = forces + below_n
     points = log.known["cell_pos_m"]
+    weight_n = float(np.median(log.known["mass_kg"] * log.known["gravity_mps2"]))
+    min_force_n = float(least_force_n(min_force_n, weight_n))
     finite = np.asarray(np.isfinite(forces).all(axis=1))
     total = _absent(pressure(np.nan_to_num(forces), points, min_force_n), finite)
     single = tuple(
