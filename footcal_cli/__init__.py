@@ -28,4 +28,4 @@ Tables
     `footcal_cli.tables.columns` declares the columns of every kind of log.
 """
 
-__version__ = "1.0.0"
+__version__ = "1.1.0"

@@ -25,6 +25,14 @@ def test_version_changelog_and_citation_agree() -> None:
     assert (REPOSITORY / "footcal_cli" / "py.typed").is_file()
 
 
+def test_a_changelog_entry_is_one_short_line() -> None:
+    lines = (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8").splitlines()
+    assert {line for line in lines if line.startswith("### ")} <= {
+        "### Added", "### Changed", "### Fixed",
+    }  # fmt: skip
+    assert not [line for line in lines if len(line) > 180]
+
+
 @pytest.mark.slow
 def test_the_wheel_runs_in_an_empty_environment(tmp_path: Path) -> None:
     """Build, install with what it asks for from the package index, calibrate a sample."""

@@ -47,7 +47,7 @@ def _forces(session: Session[ApplyOptions]) -> Outcome:
         move = set_aside(seen.forces(session), "calibrated.parquet")
     session.note(check_total_force(seen.total.kept, robot.weight_n, "all cells"))
     least = least_force_of(session)
-    found = outcome_of(robot, seen.total, seen.feet, seen.lost, least)
+    found = outcome_of(robot, seen, least)
     return replace(found, files={"calibrated.parquet": move})
 
 

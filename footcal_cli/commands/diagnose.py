@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _EXTRA: dict[str, Any] = {
     "explain": Annotated[
-        str | None, typer.Option("--explain", metavar="EFFECT", help="Explain an effect and stop.")
+        str | None, typer.Option("--explain", metavar="EFFECT", help="Describe an effect and exit.")
     ],
     "plan": Annotated[
         bool | None,

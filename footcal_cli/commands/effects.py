@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def effects(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Effect to explain in full.")
+        str | None, typer.Argument(metavar="NAME", help="Effect to describe in full.")
     ] = None,
     experiment: Annotated[
         str | None, typer.Option("--experiment", help="Only effects that this experiment can see.")

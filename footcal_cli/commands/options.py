@@ -186,7 +186,7 @@ def flags_of(model: type[CommandOptions]) -> dict[str, tuple[str, Any]]:
 
 
 def _asked_as(annotation: Any) -> Any:
-    """The type of a field as the command line takes it, None for not given."""
+    """Type of a field on the command line, which is None where the option is not given."""
     if get_origin(annotation) is Annotated:
         return _asked_as(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):

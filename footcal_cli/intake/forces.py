@@ -40,13 +40,22 @@ if TYPE_CHECKING:
     from footcal_cli.tables.table import Table
 
 
+_SHOWN_S, _SHOWN_ROWS = 20.0, 20_000
+"""So much of a log is kept for its figures, or so many rows."""
+
+
 class SeenForces:
-    """What passed through: the sum of all forces, the load of each foot, rows without a reading."""
+    """What passed through: the sum of all forces, the load of each foot, rows without a reading.
+
+    `shown` holds the first seconds of every column, `places_m` the cells of each foot.
+    """
 
     def __init__(self) -> None:
         self.total = Seen(0.0)
         self.feet: dict[str, Seen] = {}
         self.lost = 0
+        self.shown: dict[str, FloatArray] = {}
+        self.places_m: dict[str, FloatArray] = {}
 
     def forces(self, session: Session[ApplyOptions]) -> Iterator[dict[str, FloatArray]]:
         """Columns of ``calibrated.parquet``, piece by piece of the session's log."""
@@ -57,6 +66,11 @@ class SeenForces:
             force_n = np.column_stack([columns[f"{c}_n"] for c in calibration.cells])
             self.total.add(force_n.sum(axis=1))
             self.lost += int((~np.isfinite(force_n).all(axis=1)).sum())
+            if not self.shown:
+                time_s = columns["time_s"]
+                rows = slice(min(int(np.sum(time_s <= time_s[0] + _SHOWN_S)), _SHOWN_ROWS))
+                self.shown = {name: values[rows] for name, values in columns.items()}
+                self.places_m = calibration.places_m()
             for foot in calibration.feet:
                 seen = self.feet.setdefault(foot, Seen(calibration.least_force_n))
                 seen.add(columns[f"{foot}_fz_n"])
@@ -86,6 +100,13 @@ class _Calibration:
     corrections: Mapping[str, CopCorrectionRecord]
     feet: Mapping[str, list[str]]
     least_force_n: float
+
+    def places_m(self) -> dict[str, FloatArray]:
+        """Where the cells of each foot lie, shape (c, 2)."""
+        return {
+            foot: self.where[[self.cells.index(cell) for cell in own]]
+            for foot, own in self.feet.items()
+        }
 
     def applied(
         self, table: Table, state: Mapping[int, Any] | None

@@ -38,7 +38,7 @@ def plot_feet(
             axes.plot(t, before[::step, k, i], style, color=BEFORE, linewidth=0.9, markersize=2)
             axes.plot(t, after[::step, k, i], style, color=AFTER, linewidth=0.9, markersize=2)
             axes.axhline(0.0, color=REFERENCE, linewidth=0.5)
-            tidy(axes, leg.upper() if i == 0 else "", along if i == 5 else "",
+            tidy(axes, leg if i == 0 else "", along if i == 5 else "",
                  f"{axis} ({unit})" if k == 0 else "")  # fmt: skip
     for i in range(6):
         both = np.concatenate([before[:, :, i].ravel(), after[:, :, i].ravel()])
@@ -84,11 +84,11 @@ def plot_groups(
                     lines[b] = np.nanmedian(values[at == b, k], axis=0)
                 for i, axes in enumerate(column):
                     axes.plot(middle, lines[:, i], color=colour, linewidth=width, alpha=alpha,
-                              label=legs[k].upper() if values is after else None)  # fmt: skip
+                              label=legs[k] if values is after else None)  # fmt: skip
         for i, (axes, (axis, unit)) in enumerate(zip(column, _AXES, strict=True)):
             axes.axhline(0.0, color=REFERENCE, linewidth=0.5)
             axes.set_xticks([-180, -90, 0, 90, 180])
-            title = " · ".join(legs[k].upper() for k in group) if i == 0 else ""
+            title = " · ".join(legs[k] for k in group) if i == 0 else ""
             below = "shaft angle (°), 0 straight down" if i == len(_AXES) - 1 else ""
             tidy(axes, title, below, f"{axis} ({unit})" if j == 0 else "")
         column[0].legend(fontsize=8, frameon=False, loc="upper left")

@@ -64,7 +64,7 @@ def plot_residuals(residuals: Mapping[str, Mapping[str, FloatArray]]) -> Figure:
             samples = [residuals[stage][leg][:, i] for leg in legs]
             draw_violins(axes, samples, np.arange(float(len(legs))) + 0.4 * k - 0.2, colour, 0.38)
         axes.axhline(0.0, color=REFERENCE, linewidth=0.7)
-        axes.set_xticks(range(len(legs)), [leg.upper() for leg in legs])
+        axes.set_xticks(range(len(legs)), legs)
         tidy(axes, axis, "", f"measured − model ({unit})" if i % 3 == 0 else "")
     for stage, colour in _SHOWN.items():
         grid[0][0].plot([], [], color=colour, linewidth=6, alpha=0.75, label=stage)
@@ -103,7 +103,7 @@ def plot_com(fits: Mapping[str, HangFit | StepwiseFit], binned: Mapping[str, Bin
         axes.set_xticks([0, np.pi, 2 * np.pi], ["0", "π", "2π"])
         tidy(
             axes,
-            f"{leg.upper()}",
+            leg,
             "shaft angle φ (rad)" if i // across == down - 1 else "",
             "leg CoM (mm)" if i % across == 0 else "",
         )
@@ -145,7 +145,7 @@ def plot_tilts(fits: Mapping[str, HangFit], gravity_dir_t: Mapping[str, FloatArr
             widest = max(widest, float(np.abs(lean).max()))
             axes.plot(*lean, MARKERS[i % len(MARKERS)], color=CELL_COLOURS[i % len(CELL_COLOURS)],
                       markersize=5,
-                      label=leg.upper())  # fmt: skip
+                      label=leg)  # fmt: skip
         axes.axhline(0, color=REFERENCE, linewidth=0.6)
         axes.axvline(0, color=REFERENCE, linewidth=0.6)
         axes.set_aspect("equal")

@@ -103,7 +103,7 @@ def plot_mounting(fit: PoseFit) -> Figure:
                 arrowprops={"arrowstyle": "->", "color": colour, "linewidth": 1.4},
             )  # fmt: skip
         sketch.plot(-moved[1], moved[0], "o", color=AFTER, markersize=5)
-        sketch.annotate(leg.upper(), (-y, x), xytext=(8, -12), textcoords="offset points",
+        sketch.annotate(leg, (-y, x), xytext=(8, -12), textcoords="offset points",
                         fontsize=9)  # fmt: skip
     shared = (f"{a} {1e3 * c:+.1f}" for a, c in zip("xyz", common, strict=True))
     together = ", ".join(shared).replace("-", "−")
@@ -112,7 +112,8 @@ def plot_mounting(fit: PoseFit) -> Figure:
     sketch.set_xticks([])
     tidy(sketch, f"From above; shifts × {enlarge:g}, turns × {turn_scale:.2g}",
          f"shift of all hips together (not drawn): {together} mm",
-         "x forward (m)")  # fmt: skip
+         "x forward (mm)")  # fmt: skip
+    sketch.yaxis.set_major_formatter(lambda metres, _: f"{1e3 * metres:.0f}".replace("-", "−"))
     sd = np.sqrt(np.clip(np.diag(fit.covariance)[: 3 * len(legs)], 0, None)).reshape(-1, 3)
     places = np.arange(len(legs))[::-1]
     for a, name in enumerate("xyz"):
@@ -123,7 +124,7 @@ def plot_mounting(fit: PoseFit) -> Figure:
             label=f"about {name}",
         )  # fmt: skip
     turns.axvline(0, color=REFERENCE, linewidth=0.7)
-    turns.set_yticks(places, [leg.upper() for leg in legs])
+    turns.set_yticks(places, legs)
     tidy(turns, "Mounting rotation with 95 % interval", "body axes (°)", "")
     turns.legend(
         fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3
@@ -142,7 +143,7 @@ def plot_leg_map(mapped: LegMap, legs: Sequence[str]) -> Figure:
         vmax=max(float(mapped.foretold.max()), 2.0), extent=(0, poses, len(legs) - 0.5, -0.5),
         interpolation="nearest",
     )  # fmt: skip
-    axes.set_yticks(range(len(legs)), [leg.upper() for leg in legs])
+    axes.set_yticks(range(len(legs)), legs)
     tidy(axes, "Residual predicted by each leg's readings", "pose", "")
     axes.grid(False)
     bar = figure.colorbar(image, ax=axes, pad=0.01)
@@ -163,7 +164,7 @@ def plot_coverage(data: PoseData) -> Figure:
         jitter = 0.3 * (np.arange(len(data)) % 17 / 17 - 0.5)
         shafts.plot(np.rad2deg(data.phase_rad[:, k]), k + jitter, ".", markersize=2,
                     color=CELL_COLOURS[k % len(CELL_COLOURS)])  # fmt: skip
-    shafts.set_yticks(range(len(legs)), [leg.upper() for leg in legs])
+    shafts.set_yticks(range(len(legs)), legs)
     shafts.invert_yaxis()
     tidy(shafts, f"Shaft angles of {len(data)} poses", "shaft angle (°)", "")
     lean = np.rad2deg(np.arcsin(np.clip(data.gravity_b[:, :2], -1, 1)))
@@ -182,15 +183,14 @@ def plot_offset_change(found: OffsetFit, legs: Sequence[str]) -> Figure:
     places = np.arange(len(legs))[::-1]
     for i, axis in enumerate(_AXES):
         axes = grid[i // 3][i % 3]
-        unit = 1.0 if i < 3 else 1e3
         axes.errorbar(
-            unit * found.change[:, i], places, xerr=1.96 * unit * found.change_sd[:, i], fmt="o",
+            found.change[:, i], places, xerr=1.96 * found.change_sd[:, i], fmt="o",
             color=AFTER, markersize=4, linewidth=1.4,
         )  # fmt: skip
         axes.axvline(0, color=REFERENCE, linewidth=0.7)
-        axes.set_yticks(places, [leg.upper() for leg in legs])
+        axes.set_yticks(places, legs)
         axes.locator_params(axis="x", nbins=4)
-        tidy(axes, axis, f"change ({'N' if i < 3 else 'mNm'})", "")
+        tidy(axes, axis, f"change ({'N' if i < 3 else 'Nm'})", "")
     return figure
 
 

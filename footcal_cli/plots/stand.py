@@ -95,7 +95,8 @@ def plot_directions(singular_values: FloatArray, rank: int) -> Figure:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     tidy(
         axes,
-        f"{rank} of {number.size} directions seen; above the dashed line better than by the prior",
+        f"{rank} of {number.size} parameter directions seen; above the dashed line better than by "
+        "the prior",
         "direction, best seen first",
         "prior sd / sd from the data",
     )

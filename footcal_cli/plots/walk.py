@@ -14,6 +14,7 @@ from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.signals import peaks_kept
 from footcal_cli.core.study.sensitivity import Sensitivity
+from footcal_cli.plots.forces import FootOutline, plot_cop_in_feet
 from footcal_cli.plots.style import (
     AFTER,
     BAD,
@@ -140,21 +141,11 @@ def plot_path(
     feet_m
         Foot -> positions of its cells (cells, 2) and its outline, in the foot frame.
     """
-    figure = new_figure(4.2)
-    panels = figure.subplots(1, len(feet_m), squeeze=False, sharey=True)[0]
-    for k, (axes, (name, (cells, outline))) in enumerate(zip(panels, feet_m.items(), strict=True)):
-        local = 1e3 * cop_in_foot(found, method, k, name, cells)
-        local = local[:: -(-len(local) // _MOST_DOTS)]
-        axes.plot(-local[:, 1], local[:, 0], ".", markersize=1.0, color=AFTER)
-        axes.plot(-1e3 * cells[:, 1], 1e3 * cells[:, 0], "s", color=REFERENCE, markersize=5)
-        if len(outline):
-            closed = 1e3 * np.array([*outline, outline[0]])
-            axes.plot(-closed[:, 1], closed[:, 0], color=BEFORE, linewidth=1.2)
-        axes.set_aspect("equal")
-        tidy(
-            axes, f"{name.capitalize()} foot", "to the right (mm)", "forward (mm)" if k == 0 else ""
-        )
-    return figure
+    cop_m = {
+        name: cop_in_foot(found, method, k, name, cells)
+        for k, (name, (cells, _)) in enumerate(feet_m.items())
+    }
+    return plot_cop_in_feet(cop_m, {name: FootOutline(*shape) for name, shape in feet_m.items()})
 
 
 def cop_in_foot(

@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.bench.regression import AffineFit
 from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, MARKERS, new_figure, tidy
+from footcal_cli.records.display_units import display_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,10 +76,11 @@ def plot_scales(fits: Sequence[AffineFit]) -> Figure:
     figure = new_figure(0.34 * len(fits) + 1.2)
     axes = figure.add_subplot()
     places = np.arange(len(fits))[::-1]
+    factor, unit = display_unit("N/count", [fit.scale_n_per_count for fit in fits])
     for place, fit in zip(places, fits, strict=True):
-        low, high = 1e6 * fit.ci95[0]
+        low, high = factor * fit.ci95[0]
         axes.plot([low, high], [place, place], color=AFTER, linewidth=2.2, alpha=0.6)
-        axes.plot(1e6 * fit.scale_n_per_count, place, "o", color=AFTER, markersize=5)
+        axes.plot(factor * fit.scale_n_per_count, place, "o", color=AFTER, markersize=5)
     axes.set_yticks(places, [fit.channel for fit in fits])
-    tidy(axes, "Scale of each cell with 95 % interval", "scale (µN per count)", "")
+    tidy(axes, "Scale of each cell with 95 % interval", f"scale ({unit})", "")
     return figure

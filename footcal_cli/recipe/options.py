@@ -299,7 +299,7 @@ class PoseCalibOptions(CommandOptions):
     ] = "joint"
     balance: Annotated[
         Literal["exact", "printed"],
-        Flag("exact, or as printed in Wu & Revzen (alternating only)."),
+        Flag("Balance of wrenches: exact, or as Wu & Revzen print it (method alternating only)."),
     ] = "exact"
     structure: Annotated[
         Literal["auto", "full", "body_rotations", "hip_rotations", "translations", "single"],

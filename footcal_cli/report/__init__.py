@@ -12,6 +12,7 @@ from math import floor, isfinite, log10
 from typing import TYPE_CHECKING
 
 from footcal_cli.core.quality import RAISED, Finding
+from footcal_cli.records.display_units import display_unit
 from footcal_cli.records.results import (
     ParametersRecord,
     ReadColumnRecord,
@@ -146,11 +147,11 @@ def number(value: float | None, digits: int = 4) -> str:
         text = f"{float(text):,.{decimals}f}"
     head, _, power = text.partition("e")
     if power:
-        text = f"{head} × {_power(int(power))}"
+        text = f"{head} × {power_of_ten(int(power))}"
     return text.replace("-", "−", 1) if text.startswith("-") else text
 
 
-def _power(exponent: int) -> str:
+def power_of_ten(exponent: int) -> str:
     """A power of ten with its exponent raised."""
     return f"10{str(exponent).translate(RAISED)}"
 
@@ -167,7 +168,16 @@ def with_sd(value: float, sd: float | None) -> str:
     power = floor(log10(max(abs(value), sd)))
     shown = max(decimals + power, 1)
     scaled = f"({value / 10.0**power:z.{shown}f} ± {sd / 10.0**power:.{shown}f})"
-    return f"{scaled} × {_power(power)}".replace("-", "−")
+    return f"{scaled} × {power_of_ten(power)}".replace("-", "−")
+
+
+def with_same_decimals(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Numbers about zero, all with the decimals that the largest needs: 0.0114, −0.0003, 0.0000."""
+    largest = max((abs(v) for v in values if isfinite(v)), default=0.0)
+    decimals = digits - 1 - floor(log10(largest)) if largest > 0 else 0
+    if decimals > 6:
+        return [number(value, digits) for value in values]
+    return [f"{v:z,.{max(decimals, 0)}f}".replace("-", "−") if isfinite(v) else "–" for v in values]
 
 
 def plural(count: int, one: str, many: str = "") -> str:
@@ -177,16 +187,17 @@ def plural(count: int, one: str, many: str = "") -> str:
 
 def rmse_sheet(rmse: RmseRecord) -> Sheet:
     """The error table every report has."""
+    units = {r.unit: display_unit(r.unit) for r in rmse.rows}
     return Sheet(
         "Errors before and after",
         ("quantity", "stage", "against", "data", "RMSE", "unit", "samples"),
         [
-            (r.quantity, r.stage, r.reference, r.split.replace("_", " "), number(r.rmse),
-             r.unit, f"{r.n:,}")
+            (r.quantity, r.stage, r.reference, r.split.replace("_", " "),
+             number(units[r.unit][0] * r.rmse), units[r.unit][1], f"{r.n:,}")
             for r in rmse.rows
         ],
         note="Root mean square errors. Held out: data that the fit did not use. Rejected samples: "
-        + (", ".join(f"{n} {why}" for why, n in rmse.rejected.items()) or "none")
+        + (", ".join(f"{n:,} ({why})" for why, n in rmse.rejected.items()) or "none")
         + ".",
     )  # fmt: skip
 
@@ -228,16 +239,18 @@ def history_sheet(
     if started_from is None or now is None:
         return None
     rows = []
+    scales = [one.value for one in now.parameters.values() if one.unit == "N/count"]
     for name, new in now.parameters.items():
         old = started_from.parameters.get(name)
         if old is None or old.unit != new.unit:
             continue
+        factor, unit = display_unit(new.unit, scales)
         change = new.value - old.value
         known = old.sd is not None and isfinite(old.sd) and old.sd > 0
         in_sd = f"{change / old.sd:+.1f}".replace("-", "−") if known and old.sd else "–"
         rows.append(
-            (name, with_sd(old.value, old.sd), with_sd(new.value, new.sd), new.unit, in_sd,
-             str(new.status))
+            (name, *(with_sd(factor * p.value, None if p.sd is None else factor * p.sd)
+                     for p in (old, new)), unit, in_sd, str(new.status))
         )  # fmt: skip
     if not rows:
         return None

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 _DECIMAL = re.compile(r"^−?(\d{1,3}(?:,\d{3})*|\d+)\.(\d+)$")
 _MINUS = re.compile(r"^-(?=[\d.])")
+_ZERO = re.compile(r"^[−+](?=0(?:\.0+)?(?: ?%)?$)")
 _MOST_DIGITS = 6
 """More significant digits than any fit supports are not asked of a row that has fewer."""
 
@@ -27,7 +28,7 @@ def aligned(rows: Sequence[Sequence[str]], numeric: Sequence[bool]) -> tuple[tup
     if not rows:
         return ()
     columns = [
-        _with_digits([_MINUS.sub("−", str(cell)) for cell in column]) if is_number
+        _with_digits([_ZERO.sub("", _MINUS.sub("−", str(cell))) for cell in column]) if is_number
         else [str(cell) for cell in column]
         for column, is_number in zip(zip(*rows, strict=True), numeric, strict=True)
     ]  # fmt: skip

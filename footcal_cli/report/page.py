@@ -14,8 +14,10 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cache
 from importlib import resources
+from itertools import groupby
 from typing import TYPE_CHECKING
 
+from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import RunRecord
 from footcal_cli.report import Drawn, Picture, Report, Sheet, plural
 from footcal_cli.report.columns import aligned
@@ -37,6 +39,8 @@ _LEVELS = {
 }
 _TALL = 0.9
 """From this ratio of height to width on a figure keeps its size on paper."""
+_SHORT = 16
+"""So many rows of a table stay on one sheet of paper."""
 _SEVERITIES = {"alarm": "✕", "warning": "!", "note": "i"}
 _FILES = {
     "parameters.json": "the calibration, for --parameters",
@@ -79,6 +83,11 @@ class _Table:
         return max(len(sheet.rows) - sheet.folded_after, 0) if sheet.folded_after else 0
 
     @property
+    def short(self) -> bool:
+        """Whether a sheet of paper keeps it whole."""
+        return len(self.sheet.rows) <= _SHORT
+
+    @property
     def reason_only(self) -> frozenset[int]:
         """Greyed rows that hold nothing but the reason in their last cell."""
         return frozenset(
@@ -95,6 +104,7 @@ class _Figure:
     data: str
     curves: str
     result: str
+    width_px: int
     tall: bool
 
 
@@ -115,19 +125,20 @@ def render_html(
             data=base64.b64encode(images[picture.name].png).decode("ascii"),
             curves=images[picture.name].curves,
             result=picture.sentence,
+            width_px=_size_px(images[picture.name].png)[0],
             tall=_is_tall(images[picture.name].png),
         )
         for i, picture in enumerate(report.pictures)
     ]
     mark, level = _LEVELS[report.verdict.level]
-    urgent = [f for f in report.findings if f.severity != "note"]
+    urgent = _with_one_remedy([f for f in report.findings if f.severity != "note"])
     style, script = _asset("report.css"), _asset("report.js")
     if any(figure.curves for figure in figures):
         style, script = _asset("uplot.css") + style, _asset("uplot.js") + script
     return _template().render(
         report=report, run=run, recipe_text=recipe_text, leading=leading, details=details,
         figures=figures, mark=mark, level=level, severities=_SEVERITIES, urgent=urgent,
-        notes=[f for f in report.findings if f.severity == "note"],
+        notes=_with_one_remedy([f for f in report.findings if f.severity == "note"]),
         files=[(name, _FILES.get(name, "")) for name in files], plural=plural,
         style=style, script=script, style_hash=_hash(style), script_hash=_hash(script),
         started=_moment(run.started),
@@ -136,21 +147,41 @@ def render_html(
 
 def _table(sheet: Sheet, count: int) -> _Table:
     """A sheet as the template draws it: columns of numbers are those without other text."""
+    filled = [
+        k for k in range(len(sheet.columns))
+        if k == 0 or not sheet.rows or any(str(row[k]).strip() not in _EMPTY for row in sheet.rows)
+    ]  # fmt: skip
+    sheet = replace(
+        sheet,
+        columns=[sheet.columns[k] for k in filled],
+        rows=[[row[k] for k in filled] for row in sheet.rows],
+    )
     numeric = []
     judged = [row for i, row in enumerate(sheet.rows) if i not in sheet.greyed] or sheet.rows
     for k in range(len(sheet.columns)):
         cells = [str(row[k]).strip() for row in judged]
-        filled = [cell for cell in cells if cell not in _EMPTY]
-        numbers = sum(bool(_NUMERIC.match(cell)) for cell in filled)
-        numeric.append(bool(filled) and numbers >= 0.8 * len(filled))
+        said = [cell for cell in cells if cell not in _EMPTY]
+        numbers = sum(bool(_NUMERIC.match(cell)) for cell in said)
+        numeric.append(bool(said) and numbers >= 0.8 * len(said))
     sheet = replace(sheet, rows=aligned(sheet.rows, numeric))
     return _Table(count, f"table-{count}", sheet, tuple(numeric))
 
 
+def _size_px(png: bytes) -> tuple[int, int]:
+    """Width and height of a figure, which stand in the PNG's first chunk."""
+    return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
+
+
 def _is_tall(png: bytes) -> bool:
-    """Whether a figure is about as high as it is wide; its size stands in the PNG's first chunk."""
-    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    """Whether a figure is about as high as it is wide."""
+    width, height = _size_px(png)
     return height > _TALL * width
+
+
+def _with_one_remedy(findings: Sequence[Finding]) -> list[list[Finding]]:
+    """Findings that follow each other and ask for the same."""
+    asks = groupby(findings, lambda finding: (finding.severity, finding.remedy))
+    return [list(group) for _, group in asks]
 
 
 def _moment(stamp: str) -> str:

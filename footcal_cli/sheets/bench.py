@@ -28,6 +28,7 @@ from footcal_cli.records.results import (
 from footcal_cli.report import Picture, number, plural
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import ladder, weights
+from footcal_cli.sheets.weights import scale_unit
 from footcal_cli.tables.logfiles import write_parquet_pieces
 
 _LEVELS = ("good", "warning", "bad")
@@ -213,11 +214,12 @@ def _pictures(
 
 def _scales(low: AffineFit, high: AffineFit) -> str:
     """The smallest and the largest scale."""
-    factor, unit = (1e3, "mN") if abs(high.scale_n_per_count) >= 0.01 else (1e6, "µN")
+    factor, unit = scale_unit((low, high))
+    unit = unit.replace("/", " per ")
     one, other = (number(factor * fit.scale_n_per_count, 4) for fit in (low, high))
     if low is high:
-        return f"{one} {unit} per count."
-    return f"From {one} ({low.channel}) to {other} {unit} per count ({high.channel})."
+        return f"{one} {unit}."
+    return f"From {one} ({low.channel}) to {other} {unit} ({high.channel})."
 
 
 def _used(studies: Sequence[ChannelStudy]) -> str:

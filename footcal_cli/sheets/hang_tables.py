@@ -85,16 +85,13 @@ def parameter_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
         rows.append(
             (
                 leg,
-                *(
-                    _shown(estimates, f"{leg}.{name}", 1e3 if "_t" in name else 1.0)
-                    for name in names
-                ),
+                *(_shown(estimates, f"{leg}.{name}") for name in names),
             )
         )
     return Sheet(
         f"Offsets and {thing} weight",
-        (sensor_of(thing), "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)",
-         "tz (mNm)"),
+        (sensor_of(thing), "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (Nm)", "ty (Nm)",
+         "tz (Nm)"),
         rows,
         note="± one standard deviation, autocorrelation of the noise counted; without ± the method "
         "gives none. A dash: not observable from these orientations. Wu & Revzen, Table II.",
@@ -106,11 +103,11 @@ def sensor_of(thing: str) -> str:
     return "leg" if thing == "leg" else "transducer"
 
 
-def _shown(estimates: Estimates, name: str, factor: float) -> str:
+def _shown(estimates: Estimates, name: str) -> str:
     status = estimates.status[estimates.names.index(name)]
     if status is not Status.ESTIMATED:
         return "– not seen"
-    return with_sd(factor * estimates[name], factor * estimates.sd_of(name))
+    return with_sd(estimates[name], estimates.sd_of(name))
 
 
 def com_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
@@ -151,11 +148,25 @@ def method_sheets(
             *((n, (o[leg].weight_n, o[leg].offset)) for n, o in reversed(list(others.items()))),
         ):
             weight, offset = value
-            rows.append((leg, name, number(weight, 5), *(number(v, 4) for v in offset)))
+            force, torque = (
+                (f"{v:z.4f}" for v in (weight, *offset[:3])),
+                (f"{v:z.5f}" for v in offset[3:]),
+            )
+            rows.append((leg, name, *force, *torque))
     return (
         Sheet(
             "Methods side by side",
-            (sensor_of(thing), "method", "weight (N)", "fx", "fy", "fz", "tx", "ty", "tz"),
+            (
+                sensor_of(thing),
+                "method",
+                "weight (N)",
+                "fx (N)",
+                "fy (N)",
+                "fz (N)",
+                "tx (Nm)",
+                "ty (Nm)",
+                "tz (Nm)",
+            ),
             rows,
             note="; ".join(_METHODS[name] for name in ("joint", *others)) + ".",
         ),
@@ -170,7 +181,7 @@ def noise_sheet(fits: Mapping[str, HangFit], thing: str) -> Sheet:
             *(number(channel.sd, 2) for channel in fit.noise),
             f"{fit.samples:,}",
             f"{fit.effective_samples.min():,.0f}",
-            ", ".join(
+            "; ".join(
                 f"{o}: {number(b - min(fit.evidence.values()), 3)}" for o, b in fit.evidence.items()
             ),
         )

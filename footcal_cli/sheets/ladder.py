@@ -11,6 +11,7 @@ from footcal_cli.core.bench.channel import ChannelFit
 from footcal_cli.core.bench.regression import Curvature
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.effects import TABLE
+from footcal_cli.records.display_units import display_unit
 from footcal_cli.records.results import RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
 from footcal_cli.sheets.weights import (
@@ -222,6 +223,7 @@ def model_sheet(studies: Sequence[ChannelStudy]) -> Sheet:
 
 def tried_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
     """Every model tried on every channel."""
+    factor, unit = display_unit("N²")
     rows = [
         (
             study.channel,
@@ -229,7 +231,7 @@ def tried_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
             str(row.coefficients),
             number(row.rmse_n, 3),
             number(row.held_out_rmse_n, 3),
-            f"{number(row.gain_n2, 2)} ± {number(row.gain_sd_n2, 2)}",
+            with_sd(factor * row.gain_n2, factor * row.gain_sd_n2) if row.gain_sd_n2 else "–",
             number(row.p_value, 2),
             row.why,
         )
@@ -242,7 +244,7 @@ def tried_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
     more = f" The first {_MOST_ROWS} of {len(rows)}." if len(rows) > _MOST_ROWS else ""
     return Sheet(
         "Models tried",
-        ("channel", "model", "numbers", "fitted (N)", "held out (N)", "gain (N²)", "p", "why"),
+        ("channel", "model", "numbers", "fitted (N)", "held out (N)", f"gain ({unit})", "p", "why"),
         rows[:_MOST_ROWS],
         note="Gain: mean squared held-out error of the model below it minus its own, ± one "
         f"standard error over the groups left out.{more}",
@@ -272,6 +274,7 @@ def creep_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
                     )
                 )
         if study.waiting is not None:
+            per_count, unit = display_unit("N/count", study.waiting.scale)
             for wait, scale, change in zip(
                 study.waiting.wait_s, study.waiting.scale, study.waiting.change, strict=True
             ):
@@ -280,7 +283,7 @@ def creep_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
                     (
                         study.channel,
                         when,
-                        f"scale {number(float(scale), 5)} N/count",
+                        f"scale {number(per_count * float(scale), 5)} {unit}",
                         f"{100 * change:+.2f} %".replace("-", "−"),
                         f"{study.waiting.loads} loads",
                     )

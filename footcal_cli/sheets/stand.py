@@ -128,7 +128,7 @@ def directions_picture(found: Observability) -> Picture:
         "directions", lambda: plot_directions(found.singular_values, found.rank),
         "How well the stances determine each direction; those without a bar keep the prior.",
         title="How well each parameter direction is observed",
-        result=f"{found.rank} of {found.unknowns} directions are observed.",
+        result=f"{found.rank} of {found.unknowns} parameter directions are observed.",
     )  # fmt: skip
 
 
@@ -227,7 +227,8 @@ def verdict_of(
     how = "on held-out stances" if held else "on the fitted stance"
     return VerdictRecord(
         level="good" if known == seen.unknowns and fit.chi2 <= MISFIT * fit.dof else "warning",
-        sentence=f"{counted(stances)} {seen.rank} of {seen.unknowns} directions; {shown} {how}.",
+        sentence=f"{counted(stances)} {seen.rank} of {seen.unknowns} parameter directions; {shown} "
+        f"{how}.",
         actions=tuple(actions),
         details=tuple(details),
     )

@@ -20,7 +20,7 @@ from footcal_cli.sheets import stand as sheets
 _NOTE = (
     "Gain in per cent and bias in newtons on top of the prior; parameters.json has scale and bias "
     "of the raw counts. Estimated: standing at least halved the sd. The others keep their prior "
-    "and were moved only as far as sums over cells ask."
+    "and moved only as far as the sums over cells require."
 )
 
 

@@ -167,7 +167,8 @@ def footer_of(found: Comparison, papers: PaperMethods | None, delay_s: float) ->
         f"ones [{c.low:.3f}, {c.high:.3f}]), {100 * c.inside:.0f} % of {c.updates} "
         f"updates inside their own band, lag-one correlation of the force innovation "
         f"{c.whiteness:.2f}.",
-        f"Covariances × {found.memory.repeated:.2f} for errors that repeat in every gait cycle."
+        "Errors that repeat in every gait cycle widen all covariances "
+        f"{found.memory.repeated:.2f} times."
         + (
             f" Total force and moments count up to {found.memory.band_hz:.1f} Hz: above that the "
             "motion's errors repeat with the steps."

@@ -11,8 +11,9 @@ from footcal_cli.core.bench.regression import AffineFit, Curvature, fit_affine
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.records.display_units import display_unit
 from footcal_cli.records.results import RmseRow, Split
-from footcal_cli.report import Sheet, number, plural, with_sd
+from footcal_cli.report import Sheet, number, plural, with_same_decimals, with_sd
 
 NEXT_RECORDING = (
     "Run next: a ladder of at least six loads up to the intended load and down again, one hold "
@@ -20,6 +21,8 @@ NEXT_RECORDING = (
 )
 LACK_OF_FIT_ALPHA = 0.01
 _CHANCE = 0.05  # p of the sign test below which channels are said to bend together
+_COARSE = 0.1
+"""A step of the converter above this share of the RMSE is worth a column."""
 _MOST_ROWS = 200
 _MOST_MISFITS = 3
 _MOST_READINGS = 60
@@ -119,18 +122,24 @@ def find_extrapolation(
     ]  # fmt: skip
 
 
+def scale_unit(fits: Sequence[AffineFit]) -> tuple[float, str]:
+    """Factor and unit in which the scales of a page are read."""
+    return display_unit("N/count", [fit.scale_n_per_count for fit in fits])
+
+
 def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
     """Scale, bias and errors of each channel."""
+    factor, unit = scale_unit(fits)
     rows = [
         (
             fit.channel,
-            with_sd(1e6 * fit.scale_n_per_count, 1e6 * float(fit.estimates.sd[0])),
+            with_sd(factor * fit.scale_n_per_count, factor * float(fit.estimates.sd[0])),
             with_sd(fit.bias_n, float(fit.estimates.sd[1])),
             f"{fit.zero_counts:,.0f}",
             number(fit.centre_sd_n, 2),
             number(fit.rmse_n, 3),
             number(fit.worst_n, 3),
-            number(1e3 * fit.smallest_step_n, 3),
+            number(fit.smallest_step_n, 2) if fit.smallest_step_n > _COARSE * fit.rmse_n else "–",
             f"{number(float(fit.load_n.min()), 3)} … {number(float(fit.load_n.max()), 3)}",
             f"{fit.load_n.size:,}",
         )
@@ -138,10 +147,10 @@ def parameter_sheet(fits: Sequence[AffineFit]) -> Sheet:
     ]
     return Sheet(
         "Calibration",
-        ("channel", "scale (µN/count)", "bias (N)", "zero at (counts)", "sd at mid-load (N)",
-         "RMSE (N)", "worst (N)", "smallest step (mN)", "loads (N)", "n"),
+        ("channel", f"scale ({unit})", "bias (N)", "zero at (counts)", "sd at mid-load (N)",
+         "RMSE (N)", "worst (N)", "smallest step (N)", "loads (N)", "n"),
         rows,
-        brief=("channel", "scale (µN/count)", "bias (N)", "RMSE (N)", "worst (N)"),
+        brief=("channel", f"scale ({unit})", "bias (N)", "RMSE (N)", "worst (N)"),
         note="± is one standard deviation from the residuals of the fit; parameters.json has the "
         "covariance of scale and bias, which are nearly collinear at these readings.",
     )  # fmt: skip
@@ -151,12 +160,14 @@ def residual_sheet(fits: Sequence[AffineFit]) -> Sheet:
     """Error of the affine fit at every reading, or per load where loads repeat a lot."""
     if sum(fit.load_n.size for fit in fits) > _MOST_READINGS:
         return _residuals_by_load(fits)
+    every = [(fit.channel, *row) for fit in fits
+             for row in zip(fit.load_n, fit.counts, fit.residual_n, strict=True)]  # fmt: skip
+    errors = with_same_decimals([row[3] for row in every])
+    shares = with_same_decimals([100 * row[3] / row[1] if row[1] else np.nan for row in every], 2)
     rows = [
-        (fit.channel, number(load, 4), f"{counts:,.0f}", number(error, 3),
-         number(100 * error / load, 2) if load else "–")
-        for fit in fits
-        for load, counts, error in zip(fit.load_n, fit.counts, fit.residual_n, strict=True)
-    ]  # fmt: skip
+        (channel, number(load, 4), f"{counts:,.0f}", error, share)
+        for (channel, load, counts, _), error, share in zip(every, errors, shares, strict=True)
+    ]
     return Sheet(
         "Residuals",
         ("channel", "load (N)", "counts", "measured − known (N)", "% of load"),
@@ -166,7 +177,7 @@ def residual_sheet(fits: Sequence[AffineFit]) -> Sheet:
 
 
 def _residuals_by_load(fits: Sequence[AffineFit]) -> Sheet:
-    rows = []
+    every = []
     for fit in fits:
         level = load_levels(fit.load_n)
         for k in range(int(level.max()) + 1):
@@ -175,10 +186,16 @@ def _residuals_by_load(fits: Sequence[AffineFit]) -> Sheet:
                 continue
             load, error = float(fit.load_n[at].mean()), fit.residual_n[at]
             spread = float(error.std(ddof=1)) if error.size > 1 else float("nan")
-            rows.append(
-                (fit.channel, number(load, 4), str(error.size), number(float(error.mean()), 3),
-                 number(spread, 2), number(100 * float(error.mean()) / load, 2) if load else "–")
-            )  # fmt: skip
+            every.append((fit.channel, load, error.size, float(error.mean()), spread))
+    means = with_same_decimals([row[3] for row in every])
+    spreads = with_same_decimals([row[4] for row in every])
+    shares = with_same_decimals([100 * row[3] / row[1] if row[1] else np.nan for row in every], 2)
+    rows = [
+        (channel, number(load, 4), str(n), mean, spread, share)
+        for (channel, load, n, *_), mean, spread, share in zip(
+            every, means, spreads, shares, strict=True
+        )
+    ]
     more = f" The first {_MOST_ROWS} of {len(rows)} rows." if len(rows) > _MOST_ROWS else ""
     return Sheet(
         "Residuals by load",
@@ -190,6 +207,7 @@ def _residuals_by_load(fits: Sequence[AffineFit]) -> Sheet:
 
 def method_sheet(fits: Sequence[AffineFit]) -> Sheet:
     """Ordinary, weighted and robust scales side by side, and the tests of the straight line."""
+    factor, unit = scale_unit(fits)
     rows = []
     for fit in fits:
         scales = [
@@ -200,7 +218,7 @@ def method_sheet(fits: Sequence[AffineFit]) -> Sheet:
         rows.append(
             (
                 fit.channel,
-                *(number(1e6 * scale, 6) for scale in scales),
+                *(number(factor * scale, 6) for scale in scales),
                 f"{100 * fit.bow:.2f}",
                 number(test.f, 3) if test else "no repeats",
                 number(test.p, 2) if test else "–",
@@ -208,7 +226,7 @@ def method_sheet(fits: Sequence[AffineFit]) -> Sheet:
         )
     return Sheet(
         "Checks of the model",
-        ("channel", "ordinary (µN/count)", "weighted", "robust", "bow (% of span)",
+        ("channel", f"ordinary ({unit})", "weighted", "robust", "bow (% of span)",
          "lack of fit F", "p"),
         rows,
         note="Where ordinary, weighted and robust scales differ by more than their sd, single "

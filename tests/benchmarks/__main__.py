@@ -45,8 +45,8 @@ def page_of(
     lines = [
         "# Benchmarks",
         "Written by `make bench`. CPU time per update of a 20 s walk (8 cells at 80 Hz, 20 updates "
-        "per second), median of the rounds and their range in one process and one run: the "
-        "ratios are what to compare; absolute times are this machine's. The C limits "
+        "per second): median and range over the rounds of one run, all in one process. Compare the "
+        "ratios; the absolute times are those of this machine. The C limits "
         f"(`tests/benchmarks/limits.c`, `{' '.join(FLAGS)}`) do the same operations with sizes "
         "known to the compiler; those of the filter get rows and noise ready made. Contenders "
         "give the same answers (`tests/benchmarks/test_online.py`).",

@@ -28,7 +28,7 @@ def test_one_stance_teaches_sums_and_says_so(run: Run, tmp_path: Path) -> None:
     answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
     assert answer.exit_code == 0, answer.err
     text = answer.out.replace("\n", " ")
-    assert "1 stance shows 3 of 16 directions" in text
+    assert "1 stance shows 3 of 16 parameter directions" in text
     assert "none of the 16 parameters by itself" in text
     assert "diagonal twist of the biases" in text
     assert "Next stance to record: stand on the" in text
@@ -43,7 +43,7 @@ def test_ten_stances_with_lifted_feet_calibrate_the_biases(run: Run, tmp_path: P
     with drawing():
         answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
     assert answer.exit_code == 0, answer.err
-    assert "16 stances show 16 of 16 directions" in answer.out.replace("\n", " ")
+    assert "16 stances show 16 of 16 parameter directions" in answer.out.replace("\n", " ")
     record = read_record(ParametersRecord, out / "parameters.json")
     for i, channel in enumerate(CHANNELS):
         scale, bias = (record.parameters[f"{channel}.{n}"] for n in ("scale", "bias"))

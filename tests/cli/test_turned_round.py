@@ -269,11 +269,6 @@ def test_a_calibration_that_missed_its_gate_is_not_up_to_date(tmp_path: Path) ->
         assert done.returncode != 0
 
 
-def _one_row(folder: Path) -> list[object]:
-    (folder / "w.csv").write_text("channel,load_n,counts\na,1,2\n", "utf-8")
-    return ["offline-fit", folder / "w.csv"]
-
-
 def _late_byte(folder: Path) -> list[object]:
     log = bench(folder / "w.csv", CELLS * 40)
     log.write_bytes(log.read_bytes() + b"left_fl,1,\xff\n")
@@ -295,7 +290,7 @@ def _deep(folder: Path) -> list[object]:
     return ["offline-fit", bench(folder / "w.csv"), "--parameters", folder / "p.json"]
 
 
-@pytest.mark.parametrize("cause", [_one_row, _late_byte, _huge, _folder_as_recipe, _deep])
+@pytest.mark.parametrize("cause", [_late_byte, _huge, _folder_as_recipe, _deep])
 def test_an_ordinary_cause_is_no_internal_error(tmp_path: Path, cause: Any) -> None:
     done = footcal(*cause(tmp_path), "--quiet", "--out", tmp_path / "out")
     assert done.returncode in (0, 1, 2, 3)

@@ -7,15 +7,31 @@ import re
 import pytest
 from matplotlib.figure import Figure
 
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.quality import Finding
+from footcal_cli.records.display_units import display_unit
 from footcal_cli.records.results import (
     ParameterRecord,
     ParametersRecord,
+    RmseRecord,
+    RmseRow,
     RunRecord,
     VerdictRecord,
 )
-from footcal_cli.report import Drawn, Picture, Report, Sheet, history_sheet, number, plural, with_sd
+from footcal_cli.report import (
+    Drawn,
+    Picture,
+    Report,
+    Sheet,
+    history_sheet,
+    number,
+    plural,
+    rmse_sheet,
+    with_same_decimals,
+    with_sd,
+)
 from footcal_cli.report.page import _is_tall, _moment, _options_whole, render_html
+from footcal_cli.sheets.diagnosis.words import with_interval
 
 ALARM = Finding("stuck", "alarm", "left_rr", "reads 812 throughout", "replace the cable")
 NOTE = Finding("repeats", "note", "left_fl", "few repeats", "repeat")
@@ -90,6 +106,47 @@ def test_numbers_stand_right_and_words_left() -> None:
 
 def test_a_figure_tells_its_result_to_readers_who_cannot_see_it() -> None:
     assert 'alt="Residual by load. One cell does not fit."' in page()
+
+
+def test_findings_that_ask_for_the_same_ask_once() -> None:
+    other = Finding("stuck", "alarm", "left_fl", "reads 0 throughout", "replace the cable")
+    text = page(findings=(ALARM, other, NOTE))
+    assert text.count("→ replace the cable") == 1
+    assert "reads 812" in text
+    assert "reads 0" in text
+
+
+def test_a_column_in_which_nothing_stands_is_left_out() -> None:
+    sheet = Sheet("T", ("a", "ridge", "b"), [("x", "–", "1"), ("y", "", "−0.00")])
+    text = page(sheets=(sheet,))
+    assert "ridge" not in text
+    assert '<td class="number">0.00</td>' in text
+
+
+def test_numbers_about_zero_share_their_decimals() -> None:
+    assert with_same_decimals([0.0114, -0.00032, -1e-6, float("nan")]) == [
+        "0.0114", "−0.0003", "0.0000", "–",
+    ]  # fmt: skip
+    assert with_same_decimals([1234.5, 0.2]) == ["1,234", "0"]
+
+
+def test_one_unit_per_quantity_on_a_page() -> None:
+    row = RmseRow(quantity="cop", unit="m", stage="after", reference="hole", split="all",
+                  rmse=0.0005936, n=450)  # fmt: skip
+    assert rmse_sheet(RmseRecord(rows=(row,), rejected={})).rows[0][4:6] == ("0.5936", "mm")
+    history = history_sheet(
+        calibration(-3.4e-5, 1e-8, "N/count"), calibration(-3.5e-5, 1e-8, "N/count"), "last.json"
+    )
+    assert history is not None
+    assert history.rows[0][1:4] == ("−34.000 ± 0.010", "−35.000 ± 0.010", "µN/count")
+    assert display_unit("N/count", [0.02, -0.01]) == (1e3, "mN/count")
+
+
+def test_an_interval_has_the_decimals_and_the_power_of_its_value() -> None:
+    assert with_interval(Interval(11.0, 3.64, 14.0), "%") == "11.0 % [3.6, 14.0]"
+    assert with_interval(Interval(0.721, 0.599, 0.842), "N") == "0.721 N [0.599, 0.842]"
+    small = with_interval(Interval(-1.9e-5, -4e-5, 2.3e-6), "1/N")
+    assert small == "(−1.9 [−4.0, 0.2]) × 10⁻⁵ 1/N"
 
 
 def test_severity_and_level_are_told_in_words_and_marks() -> None:

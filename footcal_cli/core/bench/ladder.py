@@ -281,7 +281,7 @@ def _why(index: int, step: int, p: float, alpha: float) -> str:
     if index == step:
         return "chosen: one-standard-error rule on held-out groups"
     if p >= alpha:
-        return f"not significant: p = {p:.2g}, asked < {alpha:.2g}"
+        return f"not significant (p > {alpha:.2g})"
     if step < 0:
         return "not better than the simpler model by one standard error"
     return "more complex or larger held-out error than the chosen model"

@@ -72,7 +72,7 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
 
 
 def _swings(problem: Problem, residual: FloatArray) -> Iterator[tuple[FloatArray, float]]:
-    """Mean of every swing of every channel of a foot and of all of them, shape (swings, c + 1).
+    """Mean over each swing: of every channel of a foot, and of all together, shape (swings, c + 1).
 
     Channels that rest at the same times are one foot's. The first and the last one, in which a gait
     begins and ends, are no step like the others. With it what the converter's steps make.

@@ -95,7 +95,7 @@ def _weights(log: Log) -> dict[str, FloatArray]:
     before = np.where(since > start, load[np.maximum(since - 1, 0)], 0.0)
     signals: dict[str, FloatArray] = {
         "load": load,
-        "time in the session": log.time_s - log.time_s[start],
+        "time in the session (s)": log.time_s - log.time_s[start],
         "time at this load": log.time_s - log.time_s[since],
         "step into this load": load - before,
     }

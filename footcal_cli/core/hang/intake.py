@@ -150,7 +150,7 @@ def held_still(direction: FloatArray, within_rad: float = STILL_RAD) -> FloatArr
 
 
 def between_holds(direction: FloatArray) -> NDArray[np.bool_]:
-    """Rows in which an attitude moves from one hold to the next, shape (n,).
+    """Which rows lie between two holds of a measured attitude, shape (n,).
 
     A quarter of all rows lies in runs of equal direction at least as long as L; runs shorter than
     `SHORT` L are movements, during which inertia adds to the weight. None is, where the directions

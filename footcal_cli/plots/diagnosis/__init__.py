@@ -1,1 +1,1 @@
-"""Figures of a diagnosis: what is left, whether it is chance, and what the effect changes."""
+"""Figures of a diagnosis: the residual, whether chance explains it, and what the effect changes."""

@@ -1,4 +1,4 @@
-"""The evidence table: one row per effect, and what could not be tested."""
+"""The evidence table: one row per effect that was tested, and what could not be."""
 
 from __future__ import annotations
 
@@ -33,25 +33,22 @@ _HOW_TO_READ = (
 )
 
 
-def evidence_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
-    """One row per effect of the table, by gain; greyed: not testable, and why."""
-    shown = table_rows(found)
-    rows = [_evidence_row(row, found.problem.blocks) for row in shown]
-    tested = sum(r.status is not EffectStatus.NOT_TESTABLE for r in shown)
-    rows += [
-        (words(effect), "", "–", "–", "–", "–", "–", "–", "–", f"not testable: {reason}")
-        for effect, reason in _not_looked_for(found, untested)
+def evidence_sheet(found: Investigation) -> Sheet:
+    """One row per effect that was tested, by gain."""
+    rows = [
+        _evidence_row(row, found.problem.blocks)
+        for row in table_rows(found)
+        if row.status is not EffectStatus.NOT_TESTABLE
     ]
     return Sheet(
-        "Evidence: every effect looked for",
+        "Evidence: every effect tested",
         ("effect", "where", "size [95 %]", "by chance", "gain, all outputs",
          "blocks better, all outputs", "matters from",
          "found from", "visible", "verdict"),
         rows,
         note=_HOW_TO_READ,
         brief=("effect", "where", "size [95 %]", "gain, all outputs", "verdict"),
-        greyed=frozenset(range(tested, len(rows))),
-        folded_after=max(min(tested, _MOST_ROWS), 1) if len(rows) > _MOST_ROWS else 0,
+        folded_after=_MOST_ROWS if len(rows) > _MOST_ROWS else 0,
     )  # fmt: skip
 
 
@@ -104,12 +101,9 @@ def _row_of(rows: Sequence[EffectRow], effect: str) -> EffectRow | None:
 
 
 def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
-    tested = row.status is not EffectStatus.NOT_TESTABLE
     factor, unit = handy_unit(row.size.value, row.signature.unit)
     verdict = str(row.status).replace("_", " ")
-    if row.status is EffectStatus.NOT_TESTABLE:
-        verdict += f": {row.reason}"
-    elif row.reason.startswith(AS_GOOD):
+    if row.reason.startswith(AS_GOOD):
         others = row.reason.removeprefix(AS_GOOD).split(", ")
         verdict += f": as good as {', '.join(map(words, others))}"
     elif row.status is EffectStatus.UNDECIDED and not possible(row):
@@ -117,15 +111,13 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
     return (
         words(row.signature.effect),
         row.signature.where,
-        with_interval(scaled(row.size, factor), unit)
-        if np.isfinite(row.size.low) and tested
-        else "–",
-        number(row.p, 2) if tested else "–",
-        f"{100 * row.gain:+.1f} %".replace("-", "−") if tested else "–",
-        f"{row.blocks_better} of {blocks}" if tested else "–",
-        _size(factor * row.smallest, unit) if tested else "–",
-        _size(factor * row.detectable, unit) if tested else "–",
-        f"{100 * row.visible:.0f} %" if tested else "–",
+        with_interval(scaled(row.size, factor), unit) if np.isfinite(row.size.low) else "–",
+        number(row.p, 2),
+        f"{100 * row.gain:+.1f} %".replace("-", "−"),
+        f"{row.blocks_better} of {blocks}",
+        _size(factor * row.smallest, unit),
+        _size(factor * row.detectable, unit),
+        f"{100 * row.visible:.0f} %",
         verdict,
     )
 
@@ -137,11 +129,9 @@ def _size(value: float, unit: str) -> str:
 def untested_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
     """What could not be tested, and why."""
     rows = [
-        (words(r.signature.effect), r.reason)
+        (words(r.signature.effect), r.signature.where, r.reason)
         for r in found.rounds[-1].effects
         if r.status is EffectStatus.NOT_TESTABLE
     ]
-    rows += [(words(effect), reason) for effect, reason in _not_looked_for(found, untested)]
-    return Sheet(
-        "What could not be tested", ("effect", "why"), rows or [("–", "–")], folded_after=12
-    )
+    rows += [(words(effect), "", reason) for effect, reason in _not_looked_for(found, untested)]
+    return Sheet("What could not be tested", ("effect", "where", "why"), rows or [("–", "–", "–")])

@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.movement import Movement
+from footcal_cli.records.display_units import display_unit
 from footcal_cli.report import Sheet, number
 
 
@@ -40,13 +41,14 @@ def movement_sheets(moved: Sequence[Movement]) -> tuple[Sheet, ...]:
     """Calibration before and after."""
     if not moved:
         return ()
-    rows = [
-        (
-            m.name, number(m.before, 7), number(m.after, 7), m.unit,
-            f"{m.in_sd:+.1f}".replace("-", "−"),
-        )
-        for m in moved
-    ]  # fmt: skip
+    scales = [m.after for m in moved if m.unit == "N/count"]
+    rows = []
+    for m in moved:
+        factor, unit = display_unit(m.unit, scales)
+        rows.append(
+            (m.name, number(factor * m.before, 6), number(factor * m.after, 6), unit,
+             f"{m.in_sd:+.1f}".replace("-", "−"))
+        )  # fmt: skip
     return (
         Sheet(
             "What the calibration does when the effects enter the model",

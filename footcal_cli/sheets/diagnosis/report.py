@@ -94,7 +94,7 @@ def outcome_of(
         verdict=answer.verdict,
         pictures=pictures_of(found, table, moved, answer.menu, seed),
         lead_sheets=(
-            evidence_sheet(found, read.untested),
+            evidence_sheet(found),
             *card_sheets(found, answer.menu),
             *menu_sheets(answer.menu),
         ),

@@ -12,7 +12,8 @@ from footcal_cli.core.diagnosis.gain import Gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.plots.words import output_words, words
-from footcal_cli.report import number, plural
+from footcal_cli.records.display_units import display_unit
+from footcal_cli.report import number, plural, power_of_ten
 
 
 def place_words(where: str) -> str:
@@ -26,14 +27,14 @@ def together(names: Iterable[str], last: str = "and") -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}"
 
 
-_HANDY = {"m": (1e3, "mm"), "s": (1e3, "ms"), "s/s": (1e6, "ppm"), "rad": (180.0 / np.pi, "°")}
-"""Units of sizes as people read them: a lag of 0.9 ms, not of 0.0009 s."""
 _PLAIN_FROM = 0.5
+_POWER_BELOW = 1e-3
+"""Smaller numbers share a power of ten with the ends of their interval."""
 
 
 def handy_unit(value: float, unit: str) -> tuple[float, str]:
     """Factor and unit in which a size has few digits."""
-    factor, handy = _HANDY.get(unit, (1.0, unit))
+    factor, handy = (100.0, "%") if unit == "-" else display_unit(unit, [value])
     return (1.0, unit) if unit in ("m", "s") and abs(value) >= _PLAIN_FROM else (factor, handy)
 
 
@@ -52,10 +53,18 @@ def with_interval(interval: Interval, unit: str) -> str:
     if np.isfinite(spread) and spread > 0 and interval.value:
         digits = int(np.clip(np.ceil(np.log10(abs(interval.value) / spread)) + 2, 2, 6))
     unit = f" {unit}" if unit and unit != "-" else ""
-    return (
-        f"{number(interval.value, digits)}{unit} "
-        f"[{number(interval.low, digits)}, {number(interval.high, digits)}]"
-    )
+    value, *ends = (interval.value, interval.low, interval.high)
+    largest = max((abs(x) for x in (value, *ends) if np.isfinite(x)), default=0.0)
+    if 0 < largest < _POWER_BELOW:
+        power = int(np.floor(np.log10(largest)))
+        shared = with_interval(scaled(interval, 10.0**-power), "")
+        return f"({shared}) × {power_of_ten(power)}{unit}"
+    size = abs(float(f"{value:.{digits - 1}e}")) if np.isfinite(value) else 0.0
+    decimals = max(digits - 1 - int(np.floor(np.log10(size or largest or 1.0))), 0)
+    shown = [
+        f"{x:z,.{decimals}f}".replace("-", "−") if np.isfinite(x) else "–" for x in (value, *ends)
+    ]
+    return f"{shown[0]}{unit} [{shown[1]}, {shown[2]}]"
 
 
 def _handy(interval: Interval, unit: str) -> str:

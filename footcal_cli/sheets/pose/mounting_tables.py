@@ -138,7 +138,7 @@ def prior_sheet(fit: PoseFit, legs: Sequence[LegKnowledge]) -> Sheet:
         sd = np.sqrt(np.diag(leg.covariance)[:7])
         pull = (np.append(fit.mounting.offset[k], fit.mounting.leg_weight_n[k])
                 - np.append(leg.offset, leg.weight_n)) / sd  # fmt: skip
-        rows.append((name, *(number(float(value), 2) for value in pull)))
+        rows.append((name, *(f"{value:+z.1f}".replace("-", "−") for value in pull)))
     return Sheet(
         "Pull on the hanging calibration",
         ("leg", *AXES, "weight"),

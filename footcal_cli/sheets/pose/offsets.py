@@ -105,7 +105,7 @@ def offset_sheet(found: OffsetFit, legs: Sequence[str]) -> Sheet:
         )
     return Sheet(
         "Offsets from standing",
-        ("leg", "", "fx (N)", "fy (N)", "fz (N)", "tx (mNm)", "ty (mNm)", "tz (mNm)"),
+        ("leg", "", "fx (N)", "fy (N)", "fz (N)", "tx (Nm)", "ty (Nm)", "tz (Nm)"),
         rows,
         note="± one standard deviation; lifted in "
         + ", ".join(f"{leg} {int(n)}" for leg, n in zip(legs, found.lifted, strict=True))
@@ -114,11 +114,10 @@ def offset_sheet(found: OffsetFit, legs: Sequence[str]) -> Sheet:
 
 
 def _maybe(values: FloatArray, sd: FloatArray, leg: int, axis: int) -> str:
-    """A force in N or a torque in mNm with its sd; a dash where it is not seen."""
+    """A force in N or a torque in Nm with its sd; a dash where it is not seen."""
     if np.isnan(values[leg, axis]):
         return "–"
-    factor = 1.0 if axis < 3 else 1e3
-    return with_sd(factor * float(values[leg, axis]), factor * float(sd[leg, axis]))
+    return with_sd(float(values[leg, axis]), float(sd[leg, axis]))
 
 
 def offset_rmse(
