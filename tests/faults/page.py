@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
@@ -160,4 +161,5 @@ def _code(code: int) -> str:
 
 
 def _cell(text: str) -> str:
+    text = re.sub(r"/\S*/(?=site-packages/|footcal_cli/)", "", text)  # no path of a machine
     return text.replace("|", "\\|").replace("<", "&lt;")
