@@ -116,7 +116,7 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
     left_out = session.options.held_out_placements
     names = {str(name) for log in logs.values() for name in log.names}
     for name in left_out:
-        if name not in names:
+        if logs and name not in names:  # weights alone have no placements to leave out
             raise UsageError(
                 f"held_out_placements: no placement '{name}'{nearest(name, names)}",
                 file=session.recipe.path, remedy="name placements as the log does",

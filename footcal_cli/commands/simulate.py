@@ -36,14 +36,20 @@ def simulate(session: Session[SimulateOptions]) -> Outcome:
         )  # fmt: skip
     from dataclasses import replace
 
-    from footcal_cli.core.simulation.scenario import Spread
     from footcal_cli.core.simulation.scenario import simulate as simulated
-    from footcal_cli.intake.scenario import motion_of, parse_effect, plans_of, robot_of, truth_of
+    from footcal_cli.intake.scenario import (
+        motion_of,
+        parse_effect,
+        plans_of,
+        robot_of,
+        spread_of,
+        truth_of,
+    )
     from footcal_cli.sheets.simulated import outcome_of
 
     robot = robot_of(session, options.experiment)
     requests = [parse_effect(text, session.table) for text in options.effects]
-    plans = plans_of(session)
+    plans = plans_of(session, robot)
     motion = motion_of(session, robot)
     with session.step("simulate"):
         scenario = simulated(
@@ -53,13 +59,7 @@ def simulate(session: Session[SimulateOptions]) -> Outcome:
             requests,
             seed=session.request.seed,
             motion=motion,
-            spread=Spread(
-                options.scale_sd,
-                options.bias_sd_n,
-                options.hang_tilt_sd_rad,
-                options.mount_rotation_sd_rad,
-                options.mount_translation_sd_m,
-            ),
+            spread=spread_of(session),
             given=None if session.parameters is None else session.parameters.values,
         )
     found = outcome_of(session.recipe.robot.name, options.experiment, scenario, requests)

@@ -176,6 +176,9 @@ def _sides(cells: Table, body: Table, robot: Robot) -> Iterable[Finding]:
     time_s, own = body.number("time_s"), cells.number("time_s")
     order = np.argsort(own, kind="stable")
     carried = np.column_stack([np.interp(time_s, own[order], f[order]) for f in force])
+    seen = [carried, at[:, :, 2]]
+    if not all(np.isfinite(each).any(axis=0).all() for each in seen):
+        return []  # a foot of which nothing is known
     carried -= np.nanmin(carried, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = carried / carried.sum(axis=1)[:, None]

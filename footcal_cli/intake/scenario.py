@@ -3,26 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
-from typing import TYPE_CHECKING
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, get_args
+
+import numpy as np
 
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import PlacementsPlan, WeightsPlan
-from footcal_cli.core.simulation.biped_logs import StandPlan
+from footcal_cli.core.simulation.biped_logs import StandPlan, Streams
 from footcal_cli.core.simulation.gait import WalkPlan
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan
+from footcal_cli.core.simulation.plans import Plans, Spread
 from footcal_cli.core.simulation.recorded import motion_columns
-from footcal_cli.core.simulation.robots import Biped, Hexapod, leg_at
-from footcal_cli.core.simulation.scenario import ON_CELLS, EffectRequest, Plans, Scenario
+from footcal_cli.core.simulation.robots import (
+    NAO_ANKLE_M,
+    NAO_CELLS,
+    NAO_COM_HEIGHT_M,
+    NAO_HALF_WIDTH_M,
+    Ankle,
+    Biped,
+    Hexapod,
+    leg_at,
+)
+from footcal_cli.core.simulation.scenario import ON_FEET, EffectRequest, Scenario
 from footcal_cli.errors import UsageError, nearest
-from footcal_cli.recipe.options import SimulateOptions
+from footcal_cli.intake.recordings import is_six_axis_robot
+from footcal_cli.recipe import Foot, Robot
+from footcal_cli.recipe.options import Kind, SimulateOptions
 from footcal_cli.records.effects import known_effect, record_of_effect
 from footcal_cli.records.results import TruthRecord
 from footcal_cli.tables.columns import Column, TableType
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
+
+_FEWEST_LEGS, _FEWEST_CELLS, _BOTH = 3, 3, 2
+_LEAST_M = 1e-3
+"""Cells that lie closer to one line than this lie in it."""
+_BETWEEN_M = 0.01
+"""Between two feet side by side."""
 
 
 def parse_effect(text: str, table: Mapping[str, Effect]) -> EffectRequest:
@@ -67,41 +87,31 @@ def _number(text: str, item: str) -> float:
 
 
 def robot_of(session: Session[SimulateOptions], experiment: str) -> Biped | Hexapod:
-    """The recipe's robot; without a recipe a NAO-like biped or a BigAnt-like hexapod."""
-    spec = session.recipe.robot
-    if experiment in ON_CELLS:
-        default = Biped(com_height_m=session.options.com_height_m)
-        if not spec.feet and session.recipe.path is None:
-            return default
-        feet = {
-            foot: {name: (cell.x_m, cell.y_m) for name, cell in part.cells.items()}
-            for foot, part in spec.feet.items()
-        }
-        if len(feet) != 2 or not all(len(cells) >= 3 for cells in feet.values()):
-            raise UsageError(
-                f"'{experiment}' needs two feet with three or more cells each",
-                file=session.recipe.path, remedy="give [robot.feet.left.cells] and right",
-            )  # fmt: skip
-        counts = 2**spec.adc.bits
-        return Biped(
-            feet=feet,
-            mass_kg=spec.mass_kg or default.mass_kg,
-            gravity_mps2=spec.gravity_mps2,
-            com_height_m=session.options.com_height_m,
-            scale_n_per_count=spec.nameplate.scale_n_per_count or default.scale_n_per_count,
-            zero_counts=default.zero_counts / default.adc_counts * counts,
-            adc_counts=counts,
-        )
-    if not spec.legs and session.recipe.path is None:
-        return Hexapod()
-    if len(spec.legs) < 3:
+    """The recipe's robot; without a recipe a NAO-like biped or a BigAnt-like hexapod.
+
+    Raises
+    ------
+    UsageError
+        The robot cannot do the experiment; says why, and what it can.
+    """
+    recipe = session.recipe
+    if recipe.path is None and not (recipe.robot.feet or recipe.robot.legs):
+        usual = Biped(com_height_m=session.options.com_height_m or NAO_COM_HEIGHT_M)
+        return usual if experiment in ON_FEET else Hexapod()
+    why = _what_it_lacks(recipe.robot, experiment)
+    if why:
+        able = [kind for kind in get_args(Kind) if not _what_it_lacks(recipe.robot, kind)]
         raise UsageError(
-            f"'{experiment}' needs three or more legs with transducers",
-            file=session.recipe.path, remedy="give [robot.legs.<name>] with position_m",
+            f"'{experiment}' needs {why}", file=recipe.path,
+            remedy=f"this robot can do {', '.join(able)}" if able else "describe the robot "
+            "in [robot.feet.<name>] or [robot.legs.<name>]",
         )  # fmt: skip
+    if experiment in ON_FEET:
+        return _on_feet(session)
+    spec = recipe.robot
     return Hexapod(
         legs={
-            name: leg_at(name, session.recipe.hip_position_m(name), leg.rotation_rpy_rad)
+            name: leg_at(name, recipe.hip_position_m(name), leg.rotation_rpy_rad)
             for name, leg in spec.legs.items()
         },
         mass_kg=spec.mass_kg or Hexapod().mass_kg,
@@ -109,11 +119,82 @@ def robot_of(session: Session[SimulateOptions], experiment: str) -> Biped | Hexa
     )
 
 
-def plans_of(session: Session[SimulateOptions]) -> Plans:
-    """How the experiments go; a hanging's orientations mean what ``[hang_calib]`` says."""
-    options = session.options
-    hanging = session.recipe.options.get("hang_calib", {})
-    return Plans(
+def _what_it_lacks(robot: Robot, experiment: str) -> str:
+    """What a robot needs for an experiment and does not have; empty where it can do it."""
+    if experiment not in ON_FEET:
+        return "three or more legs with transducers" if len(robot.legs) < _FEWEST_LEGS else ""
+    if experiment == "weights":
+        return "" if robot.cell_names else "load cells"
+    carried = [_spans_a_plane(foot) for foot in robot.feet.values()]
+    if experiment == "placements":
+        return "" if carried and all(carried) else "feet on three or more cells, not in one line"
+    six_axis = is_six_axis_robot(robot)
+    if len(robot.feet) != _BOTH or not (six_axis or all(carried)):
+        return "two feet, each on three or more cells that are not in one line, or on a transducer"
+    return ""
+
+
+def _spans_a_plane(foot: Foot) -> bool:
+    """Whether a foot's CoP can move both ways."""
+    places = np.array([(cell.x_m, cell.y_m) for cell in foot.cells.values()]).reshape(-1, 2)
+    if len(places) < _FEWEST_CELLS:
+        return False
+    return bool(np.linalg.svd(places - places.mean(axis=0), compute_uv=False)[1] > _LEAST_M)
+
+
+def _on_feet(session: Session[SimulateOptions]) -> Biped:
+    """The recipe's biped: what it states, and the rest in the proportions of a NAO."""
+    spec, usual, plate = session.recipe.robot, Biped(), session.recipe.robot.nameplate
+    robot = replace(
+        usual, mass_kg=spec.mass_kg or usual.mass_kg, gravity_mps2=spec.gravity_mps2,
+        adc_counts=2**spec.adc.bits,
+    )  # fmt: skip
+    middle = usual.zero_counts / usual.adc_counts * robot.adc_counts
+    known = plate.scale_n_per_count is not None or "zero_counts" in plate.model_fields_set
+    feet = {
+        foot: {name: (cell.x_m, cell.y_m) for name, cell in part.cells.items()}
+        for foot, part in spec.feet.items()
+    }
+    ankles = {}
+    if is_six_axis_robot(spec):
+        feet = {foot: _sole(part, robot.length) for foot, part in spec.feet.items()}
+        ankles = {foot: _ankle(part, robot.length) for foot, part in spec.feet.items()}
+    widest = max((abs(y) for cells in feet.values() for _, y in cells.values()), default=0.0)
+    return replace(
+        robot,
+        feet=feet,
+        ankles=ankles,
+        loose=() if feet else spec.cell_names,
+        com_height_m=session.options.com_height_m or NAO_COM_HEIGHT_M * robot.length,
+        half_width_m=max(NAO_HALF_WIDTH_M * robot.length, widest + _BETWEEN_M),
+        scale_n_per_count=plate.scale_n_per_count or usual.scale_n_per_count,
+        zero_counts=plate.zero_counts if known else middle,
+    )
+
+
+def _sole(foot: Foot, length: float) -> dict[str, tuple[float, float]]:
+    """Corners of a sole: its outline, or that of a NAO of this size."""
+    if len(foot.outline_m) >= _FEWEST_CELLS:
+        return {str(i): corner for i, corner in enumerate(foot.outline_m)}
+    return {name: (length * x, length * y) for name, (x, y) in NAO_CELLS.items()}
+
+
+def _ankle(foot: Foot, length: float) -> Ankle:
+    """A transducer; a foot whose frame is that of its ankle has it above the sole."""
+    ankle = Ankle(
+        foot.transducer_position_m or (0.0, 0.0, 0.0), foot.transducer_rotation_rpy_rad,
+        foot.weight_below_n, foot.com_below_m,
+    )  # fmt: skip
+    above = float((ankle.rot_flat @ np.array(ankle.position_m))[2])
+    return replace(ankle, frame_height_m=0.0 if above > 0 else NAO_ANKLE_M * length)
+
+
+def plans_of(session: Session[SimulateOptions], robot: Biped | Hexapod) -> Plans:
+    """How the experiments go; delays and the meaning of orientations are as the recipe states."""
+    options, tables = session.options, session.recipe.options
+    stated = tables.get("static_init" if options.experiment == "stand" else "online_replay", {})
+    late_s = Streams().body_delay_s if session.recipe.path is None else 0.0
+    plans = Plans(
         weights=WeightsPlan(sessions=options.sessions),
         placements=PlacementsPlan(repeats=options.repeats),
         stand=StandPlan(stances=options.stances, one_foot=options.one_foot_stances),
@@ -125,10 +206,28 @@ def plans_of(session: Session[SimulateOptions]) -> Plans:
         ),
         hang=HangPlan(
             cycles=options.cycles,
-            orientation_of=hanging.get("orientation_of", "transducer"),
+            orientation_of=tables.get("hang_calib", {}).get("orientation_of", "transducer"),
         ),
         pose=PosePlan(poses=options.poses, tripods=options.tripods),
-    ).with_noise(options.noise)
+        streams=Streams(body_delay_s=stated.get("delay_s", late_s)),
+    )
+    if isinstance(robot, Biped):
+        intended = tables.get("offline_fit", {}).get("intended_load_n")
+        plans = plans.of_size(robot, None if intended is None else intended[1])
+    return plans.with_noise(options.noise)
+
+
+def spread_of(session: Session[SimulateOptions]) -> Spread:
+    """How far the robot differs from what its recipe states."""
+    options, plate = session.options, session.recipe.robot.nameplate
+    scale, bias_n = options.scale_sd, options.bias_sd_n
+    return Spread(
+        plate.scale_relative_sd if scale is None else scale,
+        plate.bias_sd_n if bias_n is None else bias_n,
+        options.hang_tilt_sd_rad,
+        options.mount_rotation_sd_rad,
+        options.mount_translation_sd_m,
+    )
 
 
 def motion_of(
@@ -137,9 +236,10 @@ def motion_of(
     """The columns of a recorded motion, None where the motion is planned."""
     if not session.paths("motion"):
         return None
-    if not isinstance(robot, Biped) or session.options.experiment not in ("stand", "walk"):
+    walks = session.options.experiment in ("stand", "walk")
+    if not isinstance(robot, Biped) or robot.ankles or not walks:
         raise UsageError(
-            "a recorded motion serves the experiments stand and walk only",
+            "a recorded motion serves stands and walks on load cells only",
             remedy="leave the motion out, or add --experiment walk",
         )
     names = motion_columns(robot)

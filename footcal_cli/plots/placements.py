@@ -97,7 +97,8 @@ def plot_corrections(found: FootStudy) -> Figure:
         if found.held_out is not None:
             error = result.fit.cop_m(found.held_out) - found.held_out.hole_m
             error = error[np.isfinite(error).all(axis=1)]
-            axes.plot(_MM * float(np.sqrt(np.mean(np.sum(error**2, axis=1)))), -i, "x", color=BAD,
+            rmse = np.sqrt(np.mean(np.sum(error**2, axis=1))) if len(error) else np.nan
+            axes.plot(_MM * float(rmse), -i, "x", color=BAD,
                       markersize=7, label="never used" if i == 0 else None)  # fmt: skip
     axes.set_yticks([-i for i in range(len(results))], [result.name for result in results])
     log_axis(axes)

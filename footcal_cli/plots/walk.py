@@ -206,6 +206,8 @@ def _to_settled(
     late = track.time_s - track.time_s[0] > min(SETTLING_S, 0.5 * np.ptp(track.time_s))
     low = min(float((v - 2 * sd)[late].min()) for v, sd in zip(values, sds, strict=True))
     high = max(float((v + 2 * sd)[late].max()) for v, sd in zip(values, sds, strict=True))
+    if not np.isfinite([low, high]).all():  # numbers beyond all sense say so in the tables
+        return
     room = 0.1 * max(high - low, 1e-9)
     axes.set_ylim(low - room, high + 2.5 * room)
 

@@ -340,7 +340,11 @@ class PoseCalibOptions(CommandOptions):
 
 
 class SimulateOptions(CommandOptions):
-    """``[simulate]`` of a recipe."""
+    """``[simulate]`` of a recipe.
+
+    `com_height_m` is that of a NAO of the robot's mass where nothing is said, `scale_sd` and
+    `bias_sd_n` those of the nameplate.
+    """
 
     experiment: Annotated[Kind | None, Flag(", ".join(get_args(Kind)) + ".")] = None
     effects: Annotated[
@@ -355,7 +359,7 @@ class SimulateOptions(CommandOptions):
     duration_s: Annotated[float, Flag("Length of a walk.")] = Field(default=60.0, gt=0, le=86_400)
     speed_mps: Annotated[float, Flag("Walking speed.")] = Field(default=0.04, ge=0, le=0.3)
     turn_radps: float = Field(default=0.0, ge=-1, le=1)
-    com_height_m: Positive = 0.26
+    com_height_m: Limit = None
     stances: int = Field(default=10, ge=1, le=10_000)
     one_foot_stances: int = Field(default=0, ge=0, le=10_000)
     sessions: int = Field(default=3, ge=1, le=1000)
@@ -364,8 +368,8 @@ class SimulateOptions(CommandOptions):
     poses: int = Field(default=120, ge=1, le=100_000)
     tripods: int = Field(default=0, ge=0, le=100_000)
     noise: Annotated[float, Flag("Factor on all noise; 0 for none.")] = Field(default=1.0, ge=0)
-    scale_sd: float = Field(default=0.02, ge=0)
-    bias_sd_n: float = Field(default=0.3, ge=0)
+    scale_sd: float | None = Field(default=None, ge=0)
+    bias_sd_n: float | None = Field(default=None, ge=0)
     hang_tilt_sd_rad: float = Field(default=0.035, ge=0)
     mount_rotation_sd_rad: float = Field(default=0.02, ge=0)
     mount_translation_sd_m: float = Field(default=0.003, ge=0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -55,19 +55,23 @@ class Places:
     """Where the columns of a table type stand in a file.
 
     `twice` holds columns that stand there under several names, `passed_over` those whose name the
-    recipe gives although the file has the canonical one too.
+    recipe gives although the file has the canonical one too, `not_mapped` those that were taken by
+    their canonical name because the file has none of the recipe's.
     """
 
     found: dict[str, ForeignColumn]
     missing: list[DataError]
     twice: dict[str, list[str]]
     passed_over: dict[str, list[str]]
+    not_mapped: tuple[str, ...] = ()
 
 
 def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: Path) -> Places:
     """Find every column: mapped by the recipe, by its name, or by its stem and a unit."""
-    places = Places({}, [], {}, {})
-    known, columns = set(header), reading.columns
+    canonical = _in_own_names(table, set(header), reading.columns)
+    places = Places({}, [], {}, {}, canonical)
+    known = set(header)
+    columns = {name: place for name, place in reading.columns.items() if name not in canonical}
     for spec in table.columns:
         own = _own_names(spec, header, known)
         if spec.name in columns:
@@ -123,6 +127,22 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
     return places
 
 
+def _in_own_names(
+    table: TableType, known: set[str], columns: Mapping[str, ForeignColumn]
+) -> tuple[str, ...]:
+    """The mapped columns of a file that has none of the recipe's names and footcal's own instead.
+
+    A recipe that reads a robot's logs reads what `simulate`, `convert` and `kinematics` wrote of
+    that robot, too.
+    """
+    mapped = [spec for spec in table.columns if spec.name in columns]
+    mapped = [spec for spec in mapped if columns[spec.name].in_file]
+    own = [spec.name in known for spec in mapped]
+    foreign = any(columns[spec.name].column in known for spec in mapped)
+    whole = all(there or spec.optional for there, spec in zip(own, mapped, strict=True))
+    return tuple(spec.name for spec in mapped) if any(own) and whole and not foreign else ()
+
+
 def _unit_in_name(column: str, spec: Column) -> str | None:
     """The unit by which a foreign name ends, if it is one of the quantity; else the canonical.
 
@@ -157,8 +177,8 @@ def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str
 
 
 def passed_over(places: Places, path: Path) -> list[Finding]:
-    """Columns that the recipe gives although the file has the canonical ones."""
-    return [
+    """Columns that the recipe gives although the file has the canonical ones, or only those."""
+    found = [
         Finding(
             "column_passed_over", "note", path.name,
             f"{name} was read from '{places.found[name].column}', as [columns] says; the file has "
@@ -167,6 +187,15 @@ def passed_over(places: Places, path: Path) -> list[Finding]:
         )
         for name, others in places.passed_over.items()
     ]  # fmt: skip
+    own = [name for name in places.not_mapped if name in places.found]
+    if own:
+        found.append(Finding(
+            "columns_not_mapped", "note", path.name,
+            f"the file has none of the names in [columns], and footcal's own: {_some(own)} were "
+            "read as they are called",
+            "nothing to do where footcal wrote the log; else correct [columns]",
+        ))  # fmt: skip
+    return found
 
 
 def _some(names: Sequence[str], at_most: int = 8) -> str:

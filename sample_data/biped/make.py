@@ -21,12 +21,11 @@ import pandas as pd
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.core.simulation.biped_logs import Streams, biped_logs
 from footcal_cli.core.simulation.noise import CELL_NOISE
+from footcal_cli.core.simulation.plans import Plans, Spread
 from footcal_cli.core.simulation.recorded import recorded
 from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.core.simulation.scenario import (
-    Plans,
     Scenario,
-    Spread,
     biped_scenario,
     calibration,
     simulate,

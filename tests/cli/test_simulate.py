@@ -137,7 +137,7 @@ def test_a_recorded_motion_brings_its_own_loads(run: Run, tmp_path: Path) -> Non
         "simulate", tmp_path / "motion.parquet", "--experiment", "hang", "--out", tmp_path / "no"
     )
     assert refused.exit_code == 2
-    assert "stand and walk only" in refused.err
+    assert "stands and walks on load cells only" in refused.err
 
 
 @pytest.mark.parametrize("recipe", ["nao_simulated", "hexapod_simulated"])

@@ -33,8 +33,9 @@ from footcal_cli.core.simulation.biped_logs import (
 )
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
+from footcal_cli.core.simulation.plans import Spread
 from footcal_cli.core.simulation.robots import Biped, Hexapod
-from footcal_cli.core.simulation.scenario import Spread, calibration, mounting
+from footcal_cli.core.simulation.scenario import calibration, mounting
 
 BIPED, HEXAPOD, SPREAD = Biped(), Hexapod(), Spread()
 WEIGHED = WeightsPlan(sessions=12, hold_s=2.0)

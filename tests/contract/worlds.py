@@ -45,10 +45,11 @@ from footcal_cli.core.simulation.hexapod_logs import (
     offset_values,
     pose_log,
 )
-from footcal_cli.core.simulation.measure import as_counts
+from footcal_cli.core.simulation.measure import counted
 from footcal_cli.core.simulation.noise import QUIET
+from footcal_cli.core.simulation.plans import Spread
 from footcal_cli.core.simulation.robots import Hexapod
-from footcal_cli.core.simulation.scenario import Spread, hang_tilts, mounting
+from footcal_cli.core.simulation.scenario import hang_tilts, mounting
 from footcal_cli.intake.cases.cells import unseen_walking
 from footcal_cli.intake.cases.hang import unseen_hanging
 from footcal_cli.intake.cases.pose import POSES_PER_BLOCK
@@ -198,7 +199,7 @@ def record_placements(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Lo
             )  # fmt: skip
             clock = float(parts[-1].time_s[-1]) + 60.0
         log, _ = in_cells[0].apply(_joined(parts), in_cells[1])
-        log = _placement_means(as_counts(log, ROBOT.adc_counts))
+        log = _placement_means(counted(log, ROBOT))
         number_of = np.unique(log.known["hole_m"].round(6), axis=0, return_inverse=True)[1]
         log = log.with_known(hole=np.asarray(number_of).ravel().astype(float))
         if wrong and hidden is not None:

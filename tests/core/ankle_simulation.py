@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.centroidal import dynamic_reference
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.experiments.walk import applied_below
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.simulation.ankle_logs import ground_wrenches
 from footcal_cli.core.simulation.biped_logs import MotionAt
 from footcal_cli.core.simulation.columns import WRENCH_COLUMNS, Columns
-from footcal_cli.core.simulation.forces import foot_cops
 from footcal_cli.core.simulation.gait import Motion
 from footcal_cli.core.simulation.measure import Simulated, measure
 from footcal_cli.core.simulation.noise import Noise, stream
@@ -148,33 +146,6 @@ def _known(robot: Biped, ankles: Ankles, motion: Motion) -> dict[str, FloatArray
 def _smooth_acceleration(place_m: FloatArray, time_s: FloatArray) -> FloatArray:
     """Differences of differences: smooth enough to be moved in time by parts of a sample."""
     return np.asarray(np.gradient(np.gradient(place_m, time_s, axis=0), time_s, axis=0))
-
-
-def ground_wrenches(log: Log, motion: Motion) -> FloatArray:
-    """Wrenches (n, 6 feet) that obey the six-axis balance exactly, in each transducer's frame.
-
-    ``f_k = s_k m (c̈ + g)`` acts at the foot's CoP p_k with ``Σ s_k p_k`` the CoP that the motion
-    demands ([NAO], eqs. (9)–(11)); what hangs below a transducer is added.
-    """
-    known = log.known
-    reference = dynamic_reference(
-        known["com_m"], known["com_acc_mps2"], known["angmom_rate_nm"],
-        known["mass_kg"], known["gravity_mps2"],
-    )  # fmt: skip
-    spread = 0.01 * np.stack([np.sin(0.9 * log.time_s), np.cos(0.7 * log.time_s)], axis=-1)
-    share, cop = foot_cops(reference.cop_m, motion.foot_ref_m, motion.contact, spread)
-    whole = known["com_acc_mps2"].copy()
-    whole[:, 2] += known["gravity_mps2"]
-    force = share[..., None] * (known["mass_kg"][:, None] * whole)[:, None]
-    point = np.concatenate([cop, np.zeros((*cop.shape[:2], 1))], axis=-1)
-    moment = np.cross(point - known["foot_pos_m"], force)
-    back = known["foot_rot_wt"].transpose(0, 1, 3, 2)
-    wrench = np.concatenate(
-        [np.einsum("nkij,nkj->nki", back, force), np.einsum("nkij,nkj->nki", back, moment)],
-        axis=-1,
-    )
-    wrench += applied_below(log, known["foot_weight_n"])
-    return np.asarray(wrench.reshape(len(log), -1))
 
 
 def _vector(name: str, unit: str, array: FloatArray, axes: str = "xyz") -> dict[str, FloatArray]:

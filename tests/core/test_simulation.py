@@ -38,8 +38,9 @@ from footcal_cli.core.simulation.hexapod_logs import (
     pose_log,
 )
 from footcal_cli.core.simulation.noise import Noise, stream
+from footcal_cli.core.simulation.plans import Spread
 from footcal_cli.core.simulation.robots import TABLE_II_OFFSETS, Biped, Hexapod
-from footcal_cli.core.simulation.scenario import Spread, mounting
+from footcal_cli.core.simulation.scenario import mounting
 from footcal_cli.core.study.stepwise import fit_stepwise
 from footcal_cli.errors import UsageError
 

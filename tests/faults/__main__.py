@@ -18,7 +18,7 @@ from tests.faults.log_relations import log_relations
 from tests.faults.page import write_page
 from tests.faults.process_relations import process_relations
 from tests.faults.relations import relation_jobs
-from tests.faults.running import forget_broken, load_package, outcomes
+from tests.faults.running import broken_before, forget_broken, load_package, outcomes
 from tests.faults.seen import seen_jobs
 from tests.faults.unseen import unseen_jobs
 from tests.faults.world_relations import world_relations
@@ -74,7 +74,7 @@ def run(arguments: list[str] | None = None) -> int:
             "faults", total=len(jobs), console=console, disable=not console.is_terminal,
         )
     )  # fmt: skip
-    write_page(found, [job.key for job in jobs], given.page)
+    write_page(found, [job.key for job in jobs], given.page, broken_before(kept))
     broken = sum(bool(outcome.violations) for outcome in found)
     sys.stdout.write(f"{len(found)} tried, {broken} broke a promise: {given.page}\n")
     return 1 if broken else 0

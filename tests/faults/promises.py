@@ -145,10 +145,66 @@ PROMISES: tuple[tuple[str, str, str], ...] = (
 """What happened once, what happens now, and the test that guards it."""
 
 
+_ROUND = "tests/cli/test_turned_round.py"
+TURNED_ROUND: tuple[tuple[str, str], ...] = (
+    ("`offline-fit good.csv day4.csv` with a misspelt column in day4 drops it silently, exit 0",
+     f"{_ROUND}::test_a_log_that_no_table_takes_ends_the_command"),
+    ("a canonical name misspelt in `[columns]` passes",
+     f"{_ROUND}::test_a_canonical_name_misspelt_in_columns_ends_the_command"),
+    ("Parquet stamps are read as nanoseconds in seconds",
+     f"{_ROUND}::test_stamps_of_a_parquet_file_are_seconds_or_refused"),
+    ("kg, g and turned signs under `load_n` pass as *good*",
+     f"{_ROUND}::test_loads_in_another_unit_or_turned_are_no_good_calibration"),
+    ("`apply` has no check at all",
+     f"{_ROUND}::test_apply_compares_forces_with_the_weight"),
+    ("a turned wrench gives a leg of −6.2 N, *good*; kgf under `_n` too",
+     f"{_ROUND}::test_a_turned_wrench_and_kilograms_force_are_no_good_hanging"),
+    ("`check` misses eight samples of −8.4 million counts",
+     f"{_ROUND}::test_check_sees_eight_end_codes"),
+    ("a dead cell is diagnosed as a tilted IMU",
+     f"{_ROUND}::test_a_dead_cell_is_bad_data"),
+    ("input logs next to a result are deleted, exit 0",
+     f"{_ROUND}::test_overwrite_deletes_no_input"),
+    ("a kill between the two renames leaves no result under its name",
+     f"{_ROUND}::test_a_kill_at_a_rename_leaves_a_result_under_its_name"),
+    ("races end with both at exit 0",
+     f"{_ROUND}::test_two_writers_do_not_both_succeed"),
+    ("Ctrl-C: exit 3 *truncated?*, empty stderr, or a traceback during imports",
+     f"{_ROUND}::test_an_interrupt_is_130_and_one_sentence"),
+    ("out of memory is exit 1",
+     f"{_ROUND}::test_no_memory_is_no_missed_gate"),
+    ("after a missed gate the second `make` says *up to date*",
+     f"{_ROUND}::test_a_calibration_that_missed_its_gate_is_not_up_to_date"),
+    ("ordinary causes end with exit 70: a late byte that is no UTF-8, 1e308, a folder as recipe, "
+     "deep JSON",
+     f"{_ROUND}::test_an_ordinary_cause_is_no_internal_error"),
+    ("`unit = \"s**9**9**9\"` runs for ever",
+     f"{_ROUND}::test_a_tower_of_powers_ends"),
+    ("shuffled rows in `hang-calib` run for ever",
+     f"{_ROUND}::test_shuffled_rows_of_a_hanging_end"),
+    ("the same rows under other names shrink sds by 10–30 %",
+     f"{_ROUND}::test_the_same_rows_under_another_name_are_counted_once"),
+    ("two rows per cell are *error 1e-15 N, good*",
+     f"{_ROUND}::test_two_rows_are_no_good_calibration"),
+    ("a clean bench gets a temperature scale at 10 sd that the next command refuses",
+     f"{_ROUND}::test_the_calibration_of_a_clean_bench_serves_the_next_command"),
+)  # fmt: skip
+"""Sentences of the issue about commit 6403e2b, and the test that turns each round."""
+
+
 def promise_lines() -> list[str]:
     """The table of the page."""
     return [
         "| once | now | guarded by |",
         "|---|---|---|",
         *(f"| {once} | {now} | `{test.partition('::')[2]}` |" for once, now, test in PROMISES),
+    ]
+
+
+def turned_lines() -> list[str]:
+    """The table of what was said of 6403e2b."""
+    return [
+        "| said of 6403e2b | turned round by |",
+        "|---|---|",
+        *(f"| {said} | `{test.partition('::')[2]}` |" for said, test in TURNED_ROUND),
     ]

@@ -102,6 +102,15 @@ def outcomes(
             each.end()
 
 
+def broken_before(path: Path) -> list[Outcome]:
+    """Outcomes that broke a promise and were forgotten since, each job's first."""
+    return list(_kept(_forgotten(path)).values())
+
+
+def _forgotten(path: Path) -> Path:
+    return path.with_name(f"{path.stem}_broken{path.suffix}")
+
+
 def _kept(path: Path | None) -> dict[str, Outcome]:
     if path is None or not path.is_file():
         return {}
@@ -110,9 +119,12 @@ def _kept(path: Path | None) -> dict[str, Outcome]:
 
 
 def forget_broken(path: Path) -> None:
-    """Take out of the kept outcomes those that broke a promise, so that they are tried again."""
-    kept = [o for o in _kept(path).values() if not o.violations]
-    path.write_text("".join(json.dumps(asdict(o)) + "\n" for o in kept), "utf-8")
+    """Set those that broke a promise apart from the kept outcomes, so that they are tried again."""
+    every, first = _kept(path).values(), _kept(_forgotten(path))
+    broken = {o.key: o for o in every if o.violations} | first
+    for where, those in ((path, [o for o in every if not o.violations]),
+                         (_forgotten(path), [*broken.values()])):  # fmt: skip
+        where.write_text("".join(json.dumps(asdict(o)) + "\n" for o in those), "utf-8")
 
 
 class _Running:

@@ -10,8 +10,9 @@ import pytest
 from scipy import stats
 
 from footcal_cli.core.simulation.gait import WalkPlan
+from footcal_cli.core.simulation.plans import Plans
 from footcal_cli.core.simulation.robots import Biped
-from footcal_cli.core.simulation.scenario import Plans, simulate
+from footcal_cli.core.simulation.scenario import simulate
 from tests.papers import bench, walk_tables, walks
 from tests.papers.__main__ import run
 from tests.papers.formats import shown, table

@@ -36,13 +36,12 @@ from footcal_cli.core.online.streams import BodyStream, Merged, SensorStream
 from footcal_cli.core.online.tuning import LEARNT
 from footcal_cli.core.parameters import Estimates, Status
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
+from footcal_cli.core.simulation.plans import Plans, Spread
 from footcal_cli.core.simulation.recorded import motion_columns
 from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.core.simulation.scenario import (
     EffectRequest,
-    Plans,
     Scenario,
-    Spread,
     calibration,
     simulate,
 )

@@ -13,7 +13,10 @@ from footcal_cli.core.quality import Finding, listed
 UNEQUAL = 0.15
 """Share by which the weight may differ between two axes: scales do by a few per cent."""
 OPEN = 0.2
-"""Share of the weight by which offsets of two axes may differ: a tilt of 5° makes 0.09."""
+"""Share of the weight, or of its torque, by which offsets of two axes may differ: a tilt of 5°
+makes 0.09."""
+SHORT_LEVER_M = 0.03
+"""A weight that hangs closer to its transducer has torques no larger than a drift."""
 LONGEST_LEVER_M = 2.0
 """No leg's centre of mass lies further from its transducer."""
 PHASE_SHARE, PHASE_OTHER = 0.3, 0.1
@@ -60,10 +63,12 @@ def check_hangings(leg: str, hung: Mapping[str, FloatArray]) -> Iterator[Finding
     if len(axes) < 2:
         return
     light, heavy = min(axes, key=weight.__getitem__), max(axes, key=weight.__getitem__)
-    opened = [
+    opened = max(
         float(np.linalg.norm(middle[a][:3] - middle[axes[0]][:3])) / max(weight.values())
         for a in axes[1:]
-    ]
+    )
+    arm = max(max(float(np.linalg.norm(half[a][3:])) for a in axes), SHORT_LEVER_M * weight[heavy])
+    twisted = max(float(np.linalg.norm(middle[a][3:] - middle[axes[0]][3:])) for a in axes[1:])
     if weight[light] < (1 - UNEQUAL) * weight[heavy]:
         yield Finding(
             "hangings_disagree", "warning", leg,
@@ -72,11 +77,12 @@ def check_hangings(leg: str, hung: Mapping[str, FloatArray]) -> Iterator[Finding
             "look whether the leg touched something or was set to zero in one of them, whether its "
             "plug was another leg's, and for one axis in another unit",
         )  # fmt: skip
-    elif max(opened) > OPEN:
+    elif max(opened, twisted / arm) > OPEN:
+        of = "weight" if opened > OPEN else "weight's torque"
         yield Finding(
             "hangings_disagree", "warning", leg,
-            f"offsets from opposite hangings differ by {100 * max(opened):.0f} % of its weight "
-            "between two axes",
+            f"offsets from opposite hangings differ by {100 * max(opened, twisted / arm):.0f} % of "
+            f"its {of} between two axes",
             "look whether it was set to zero or touched something in one of them",
         )  # fmt: skip
 

@@ -32,10 +32,15 @@ _SURELY = 6.0
 """Twice the log likelihood that noise which lasts must gain where rows could be independent."""
 _NONE = -30.0
 """Logarithm of a ratio that is nothing."""
+_ALL = float(np.log(1e4))
+"""Logarithm of the largest ratio: what is fresh in a reading is never less than a hundredth of the
+rest, though a converter may be so coarse that every reading of a load gives one code."""
 _STEP = 0.2
 _EVALUATIONS = 250
 _OUTSIDE = 0.05
-_MOST_FREEDOM = 1000.0
+_FEWEST_FREEDOM, _MOST_FREEDOM = 0.3, 1000.0
+_WIDEST = 1e3
+"""Interval in units of the sd, beyond which it says nothing."""
 
 Law = FloatArray
 """Logarithms of s₀, s₁, w, r and T (s), shape (5,)."""
@@ -85,7 +90,7 @@ class Rows:
 
     def covariance(self, law: Law) -> FloatArray:
         """``C / σ²``, shape (m, m)."""
-        *ratios, memory = np.exp(law)
+        *ratios, memory = np.exp(np.append(np.minimum(law[:-1], _ALL), law[-1]))
         slow = ratios[3] * np.exp(-self.apart_s / memory)
         return np.asarray(np.eye(self.target.size) + np.tensordot(ratios[:3], self.parts, 1) + slow)
 
@@ -223,11 +228,15 @@ def _student(log_sd: float) -> float:
     def missed(width: float) -> float:
         return float(2.0 * stats.norm.sf(width / root) @ weight / weight.sum()) - _OUTSIDE
 
-    width = optimize.brentq(missed, 0.5, 1e3)
+    if not missed(_WIDEST) < 0.0:  # nothing is known of the variance
+        return _FEWEST_FREEDOM
+    width = optimize.brentq(missed, 0.5, _WIDEST)
     if width <= stats.t.ppf(1.0 - _OUTSIDE / 2.0, _MOST_FREEDOM):
         return _MOST_FREEDOM
     return float(
-        optimize.brentq(lambda dof: stats.t.ppf(1.0 - _OUTSIDE / 2.0, dof) - width, 0.3, 2e3)
+        optimize.brentq(
+            lambda dof: stats.t.ppf(1.0 - _OUTSIDE / 2.0, dof) - width, _FEWEST_FREEDOM, 2e3
+        )
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.simulation.forces import shares
-from footcal_cli.core.simulation.measure import Simulated, as_counts, measure
+from footcal_cli.core.simulation.measure import Simulated, counted, measure
 from footcal_cli.core.simulation.noise import CELL_NOISE, QUIET, Noise, stream
 from footcal_cli.core.simulation.robots import Biped
 
@@ -85,11 +85,9 @@ def weights_logs(
     """
     groups = {"all": robot.channels} if together else {c: (c,) for c in robot.channels}
     logs = {name: _weigh(channels, plan, chain, values, seed) for name, channels in groups.items()}
-    return {name: _counted(done, robot) if to_counts else done for name, done in logs.items()}
-
-
-def _counted(done: Simulated, robot: Biped) -> Simulated:
-    return Simulated(done.truth, as_counts(done.log, robot.adc_counts), done.chain, done.values)
+    if not to_counts:
+        return logs
+    return {name: replace(done, log=counted(done.log, robot)) for name, done in logs.items()}
 
 
 def _weigh(
@@ -144,12 +142,15 @@ class PlacementsPlan:
     noise: Noise = CELL_NOISE
 
     def holes_m(self, robot: Biped, foot: str) -> FloatArray:
-        """The holes in the foot frame: those of the grid around its middle, shape (18, 2)."""
+        """The holes in the foot frame, shape (h, 2): those of the grid around its middle.
+
+        Holes beyond the cells are left out; the grid is finer on a foot smaller than a NAO's.
+        """
         x = (np.arange(GRID_COLUMNS) - 0.5 * (GRID_COLUMNS - 1)) * GRID_STEP_M
         y = (np.arange(GRID_ROWS) - 0.5 * (GRID_ROWS - 1)) * GRID_STEP_M
         grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-        holes: FloatArray = grid + robot.cells_m(foot).mean(axis=0)
-        return holes
+        holes: FloatArray = robot.room * grid + robot.cells_m(foot).mean(axis=0)
+        return holes[robot.within(foot, holes)]
 
 
 def placements_log(
@@ -197,4 +198,4 @@ def placements_log(
         torque_noise=QUIET,
         rng=stream(seed, f"placements {foot}"),
     )
-    return _counted(done, robot) if to_counts else done
+    return replace(done, log=counted(done.log, robot)) if to_counts else done

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,10 +13,17 @@ from footcal_cli.core.effects.contract import Stage
 from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.forces import foot_cops, shares
+from footcal_cli.core.simulation.forces import foot_cops, pulled_apart, shares
 from footcal_cli.core.simulation.gait import Motion
-from footcal_cli.core.simulation.measure import Simulated, as_counts, measure
-from footcal_cli.core.simulation.noise import CELL_NOISE, QUIET, Noise, stream
+from footcal_cli.core.simulation.measure import Simulated, counted, measure
+from footcal_cli.core.simulation.noise import (
+    CELL_NOISE,
+    FORCE_NOISE,
+    QUIET,
+    TORQUE_NOISE,
+    Noise,
+    stream,
+)
 from footcal_cli.core.simulation.robots import Biped
 
 MotionAt = Callable[[FloatArray], Motion]
@@ -37,8 +44,8 @@ class Streams:
         HX711 cells; body telemetry.
     body_delay_s, body_jitter_s
         Time between a body sample and its stamp: mean and sd.
-    cell_noise
-        Of each cell, N.
+    cell_noise, force_noise, torque_noise
+        Of each cell, N; of each axis of an ankle transducer, N and Nm.
     com_noise_m, acc_noise_mps2, angmom_noise_nm
         White noise of the body stream.
     temperature_degc, warming_degc, warming_time_s
@@ -50,6 +57,8 @@ class Streams:
     body_delay_s: float = 0.020
     body_jitter_s: float = 0.004
     cell_noise: Noise = CELL_NOISE
+    force_noise: Noise = FORCE_NOISE
+    torque_noise: Noise = TORQUE_NOISE
     com_noise_m: float = 2e-4
     acc_noise_mps2: float = 0.03
     angmom_noise_nm: float = 0.01
@@ -92,7 +101,8 @@ def cell_positions(robot: Biped, foot_m: FloatArray, foot_yaw_rad: FloatArray) -
     return np.concatenate(parts, axis=1)
 
 
-def _known(robot: Biped, motion: Motion) -> dict[str, FloatArray]:
+def known_of(robot: Biped, motion: Motion) -> dict[str, FloatArray]:
+    """What any robot says of its motion (`Log.known` of walking)."""
     rows = len(motion.time_s)
     return {
         "com_m": motion.com_m,
@@ -158,14 +168,14 @@ def biped_logs(
     streams = streams or Streams()
     clock = np.arange(float(int(duration_s * streams.cell_rate_hz))) / streams.cell_rate_hz
     motion = motion_at(clock)
-    spread = 0.01 * np.stack([np.sin(0.9 * clock), np.cos(0.7 * clock)], axis=-1)
+    spread = robot.room * pulled_apart(clock)
     planned = Log(
         experiment,
         robot.channels,
         clock,
         np.zeros((len(clock), len(robot.channels))),
         {
-            **_known(robot, motion),
+            **known_of(robot, motion),
             "cell_pos_m": cell_positions(robot, motion.foot_m, motion.foot_yaw_rad),
             "temperature_degc": streams.temperature_at(clock),
         },
@@ -187,16 +197,14 @@ def biped_logs(
         rng=stream(seed, "cells"),
     )
     if to_counts:
-        cells = Simulated(
-            cells.truth, as_counts(cells.log, robot.adc_counts), cells.chain, cells.values
-        )
-    body, foot_m, foot_yaw = _body_stream(
+        cells = replace(cells, log=counted(cells.log, robot))
+    body, foot_m, foot_yaw = body_stream(
         experiment, robot, motion_at, duration_s, chain, values, streams, seed
     )
     return BipedLogs(cells, body, foot_m, foot_yaw)
 
 
-def _body_stream(
+def body_stream(
     experiment: str,
     robot: Biped,
     motion_at: MotionAt,
@@ -215,7 +223,7 @@ def _body_stream(
     queue = _PACKET_S * np.arange(float(rows))
     stamped = np.maximum.accumulate(taken + np.maximum(late, 0.0) - queue) + queue
     motion = motion_at(taken)
-    known = _known(robot, motion)
+    known = known_of(robot, motion)
     for name, sd in (
         ("com_m", streams.com_noise_m),
         ("com_acc_mps2", streams.acc_noise_mps2),
@@ -254,7 +262,7 @@ class StandPlan:
     replaced
         Whether the feet are put down anew in each stance.
     lean_m, squat_m
-        How far the CoM is moved sideways and ahead, and down.
+        How far the CoM is moved sideways and ahead, less over small feet, and down.
     toes_rad
         Angles by which both feet are turned out, in the stances by turns.
     """
@@ -280,14 +288,14 @@ def standing(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
     rng = stream(seed, "stances")
     n = plan.stances + plan.one_foot
     side = np.array([robot.half_width_m, -robot.half_width_m])
-    moved = plan.replaced * np.array([0.03, 0.02]) * rng.uniform(-1.0, 1.0, (n, 2, 2))
+    moved = plan.replaced * robot.room * np.array([0.03, 0.02]) * rng.uniform(-1.0, 1.0, (n, 2, 2))
     moved[..., 1] = np.abs(moved[..., 1]) * np.sign(side)
     foot_xy = np.stack([np.zeros(2), side], axis=-1) + moved
     yaw = plan.replaced * 0.15 * rng.uniform(-1.0, 1.0, (n, 2))
     yaw = yaw + np.resize(np.asarray(plan.toes_rad), n)[:, None] * [1.0, -1.0]
     middle = np.array([robot.cells_m(foot).mean(axis=0) for foot in robot.feet])
     ref = foot_xy + turned(middle[:, 0], middle[:, 1], yaw)
-    lean = np.array(plan.lean_m) * rng.uniform(-1.0, 1.0, (n, 2))
+    lean = robot.room * np.array(plan.lean_m) * rng.uniform(-1.0, 1.0, (n, 2))
     middle_m, contact = ref.mean(axis=1) + lean, np.ones((n, 2))
     alone = np.arange(plan.stances, n)
     standing_foot = (alone - plan.stances) % 2

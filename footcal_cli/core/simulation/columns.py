@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.simulation.ankle_logs import AnkleLogs
 from footcal_cli.core.simulation.biped_logs import BipedLogs
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, orientation_of, rot_named
 from footcal_cli.core.simulation.measure import Simulated
@@ -25,9 +26,14 @@ WRENCH_COLUMNS = tuple(
 
 def _counts(log: Log) -> dict[str, NDArray[np.generic]]:
     return {
-        f"{channel}_counts": log.readings[:, i].astype(np.int64)
-        for i, channel in enumerate(log.channels)
+        f"{channel}_counts": _codes(log.readings[:, i]) for i, channel in enumerate(log.channels)
     }
+
+
+def _codes(readings: FloatArray) -> NDArray[np.generic]:
+    """Readings (n,) of a converter as the whole numbers that they are; others as they are."""
+    whole = readings.astype(np.int64)
+    return whole if np.array_equal(whole, readings) else readings
 
 
 def _vector(name: str, unit: str, array: FloatArray, axes: str = "xyz") -> dict[str, FloatArray]:
@@ -40,7 +46,7 @@ def weights_columns(logs: Sequence[Simulated]) -> Columns:
         {
             "channel": np.repeat(np.array(done.log.channels), len(done.log)),
             "load_n": done.log.known["load_n"][:, 0],
-            "counts": done.log.readings[:, 0].astype(np.int64),
+            "counts": _codes(done.log.readings[:, 0]),
             "time_s": done.log.time_s,
             "temperature_degc": np.round(done.log.known["temperature_degc"], 3),
             "direction": done.log.known["direction"].astype(np.int64),
@@ -62,12 +68,12 @@ def placements_columns(logs: Sequence[Simulated]) -> Columns:
         parts.append(
             {
                 "foot": np.repeat(np.array([foot]), len(log)),
-                "placement": log.block,
+                "placement": _names_of_holes(log.known["hole_m"]),
                 "hole_x_m": np.round(log.known["hole_m"][:, 0], 9),
                 "hole_y_m": np.round(log.known["hole_m"][:, 1], 9),
                 "load_n": log.known["load_n"],
                 **{
-                    f"{channel.split('_', 1)[1]}_counts": log.readings[:, i].astype(np.int64)
+                    f"{channel.split('_', 1)[1]}_counts": _codes(log.readings[:, i])
                     for i, channel in enumerate(log.channels)
                 },
                 "repeat": np.arange(len(log)) % repeats,
@@ -75,6 +81,12 @@ def placements_columns(logs: Sequence[Simulated]) -> Columns:
             }
         )
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _names_of_holes(hole_m: FloatArray) -> NDArray[np.generic]:
+    """``H01`` … from the heel on, shape (n,)."""
+    _, number = np.unique(np.round(hole_m, 9), axis=0, return_inverse=True)
+    return np.array([f"H{k:02d}" for k in number.ravel() + 1])
 
 
 def cells_columns(logs: BipedLogs) -> Columns:
@@ -87,15 +99,43 @@ def cells_columns(logs: BipedLogs) -> Columns:
     }
 
 
-def body_columns(logs: BipedLogs, feet: Sequence[str]) -> Columns:
-    """The body's stream on its own clock."""
-    known = logs.body.known
-    columns: dict[str, NDArray[np.generic]] = {
-        "time_s": logs.body.time_s,
+def wrenches_columns(logs: AnkleLogs) -> Columns:
+    """The stream of the transducers at the ankles."""
+    log = logs.wrenches.log
+    return {
+        "time_s": log.time_s,
+        **{
+            channel.split(".")[0] + f"_{WRENCH_COLUMNS[i % 6]}": log.readings[:, i]
+            for i, channel in enumerate(log.channels)
+        },
+    }
+
+
+def ankle_body_columns(logs: AnkleLogs) -> Columns:
+    """The body's stream on its own clock, with the attitudes of the feet."""
+    columns = _motion_columns(logs.body)
+    feet = dict.fromkeys(channel.split(".")[0] for channel in logs.wrenches.log.channels)
+    for i, foot in enumerate(feet):
+        columns |= _vector(f"{foot}_foot", "m", logs.foot_m[:, i])
+        columns |= {
+            f"{foot}_foot_q{axis}": logs.foot_quaternion[:, i, k] for k, axis in enumerate("xyzw")
+        }
+    return columns
+
+
+def _motion_columns(body: Log) -> dict[str, NDArray[np.generic]]:
+    known = body.known
+    return {
+        "time_s": body.time_s,
         **_vector("com", "m", known["com_m"]),
         **_vector("com_acc", "mps2", known["com_acc_mps2"]),
         **_vector("angmom_rate", "nm", known["angmom_rate_nm"], "xy"),
     }
+
+
+def body_columns(logs: BipedLogs, feet: Sequence[str]) -> Columns:
+    """The body's stream on its own clock."""
+    columns = _motion_columns(logs.body)
     for i, foot in enumerate(feet):
         columns |= _vector(f"{foot}_foot", "m", logs.foot_m[:, i])
         columns[f"{foot}_foot_yaw_rad"] = logs.foot_yaw_rad[:, i]

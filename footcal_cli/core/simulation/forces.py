@@ -86,3 +86,9 @@ def foot_cops(
     missed = cop_m - np.einsum("nf,nfi->ni", share, foot_ref_m)
     apart = np.stack([share[:, 1:] * spread_m, -share[:, :1] * spread_m], axis=1)
     return share, foot_ref_m + missed[:, None] + apart
+
+
+def pulled_apart(time_s: FloatArray) -> FloatArray:
+    """How far the CoPs of two feet are pulled apart along a recording, m, shape (n, 2)."""
+    spread: FloatArray = 0.01 * np.stack([np.sin(0.9 * time_s), np.cos(0.7 * time_s)], axis=-1)
+    return spread

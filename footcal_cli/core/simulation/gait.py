@@ -119,7 +119,7 @@ def _footprints(robot: Biped, plan: WalkPlan) -> FloatArray:
     chord = path * np.sinc(half / np.pi)
     centre = np.stack([chord * np.cos(half), chord * np.sin(half)], axis=-1)
     side = np.array([robot.half_width_m, -robot.half_width_m])
-    missed = _misses(plan)
+    missed = robot.room * _misses(plan)
     place = centre + turned(missed[..., 0], side + missed[..., 1], yaw)
     return np.concatenate([place, yaw[..., None]], axis=-1)
 
@@ -134,15 +134,15 @@ def _misses(plan: WalkPlan) -> FloatArray:
     return np.stack([each[taken[:, 0], 0], each[taken[:, 1], 1]], axis=1)
 
 
-def _rolls(plan: WalkPlan) -> tuple[float, float]:
+def _rolls(robot: Biped, plan: WalkPlan) -> tuple[float, float]:
     """How far behind and ahead of the foot's middle the CoP lands and leaves."""
-    reach = min(_ROLL_M, 0.5 * plan.speed_mps * plan.step_s + 0.008)
+    reach = robot.room * min(_ROLL_M, 0.5 * plan.speed_mps * plan.step_s + 0.008)
     return -reach, reach
 
 
 def _cop_knots(robot: Biped, plan: WalkPlan, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Stamps and points between which the planned CoP moves, resting at each."""
-    heel, toe = _rolls(plan)
+    heel, toe = _rolls(robot, plan)
     middle = np.array([robot.cells_m(foot).mean(axis=0)[0] for foot in robot.feet])
     start = plan.stand_s + plan.step_s * np.arange(plan.steps)
     stance = 1 - np.arange(plan.steps) % 2
@@ -275,7 +275,7 @@ def _feet_at(
     in_air = stepping & (swing > 0.0)
     swinging[np.flatnonzero(in_air), step[in_air] % 2] = True
     height = np.where(swinging, _SWING_HEIGHT_M * np.sin(np.pi * np.clip(swing, 0, 1))[:, None], 0)
-    heel, toe = _rolls(plan)
+    heel, toe = _rolls(robot, plan)
     middle = np.array([robot.cells_m(foot).mean(axis=0)[0] for foot in robot.feet])
     roll = np.zeros((len(time_s), 2))
     rows = np.flatnonzero(stepping)

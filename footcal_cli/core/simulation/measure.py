@@ -12,6 +12,7 @@ from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.noise import Noise, added_to_readings
+from footcal_cli.core.simulation.robots import Biped
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,11 @@ def measure(
     return Simulated(truth, shown, chain, values)
 
 
-def as_counts(log: Log, adc_counts: int) -> Log:
-    """Readings as a converter gives them: whole counts within its range."""
-    return log.with_readings(np.clip(np.rint(log.readings), 0.0, adc_counts - 1.0))
+def counted(log: Log, robot: Biped) -> Log:
+    """Readings as the robot's converter gives them: whole counts within its range.
+
+    They stay as they are where the logger writes forces (`Biped.converts`).
+    """
+    if not robot.converts:
+        return log
+    return log.with_readings(np.clip(np.rint(log.readings), *robot.codes))

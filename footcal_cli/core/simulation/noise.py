@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from zlib import crc32
 
 import numpy as np
@@ -46,6 +46,10 @@ class Noise:
             self.repeat_gain * factor,
             self.repeat_offset * factor,
         )
+
+    def of_range(self, factor: float) -> Noise:
+        """The same noise of a sensor of another range: its gain errs by the same share."""
+        return replace(self.scaled(factor), repeat_gain=self.repeat_gain)
 
     def added(
         self, signal: FloatArray, time_s: FloatArray, block: np.ndarray, rng: np.random.Generator

@@ -9,7 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.spatial import rotation_of_rpy
+
+Triple = tuple[float, float, float]
 
 GRAVITY_MPS2 = 9.80665
 NAO_CELLS: Mapping[str, tuple[float, float]] = {
@@ -19,6 +22,10 @@ NAO_CELLS: Mapping[str, tuple[float, float]] = {
     "rr": (-0.05, -0.03),
 }
 """Load cells of a NAO-like foot, m in the foot frame."""
+NAO_KG, NAO_COM_HEIGHT_M, NAO_HALF_WIDTH_M, NAO_ANKLE_M = 5.3, 0.26, 0.05, 0.045
+_EDGE_M = 1e-3
+"""Points that are closer to the line between two cells are not on the plate any more."""
+_WIDEST = 1000.0
 TABLE_II_OFFSETS: Mapping[str, tuple[float, ...]] = {
     "fl": (0.57, 3.71, -2.039, 0.2176, 0.0921, -0.0177),
     "ml": (1.419, -4.884, -0.406, -0.0136, 0.0808, 0.0144),
@@ -34,13 +41,50 @@ TABLE_II_LEG_WEIGHTS_N: Mapping[str, float] = {
 
 
 @dataclass(frozen=True)
+class Ankle:
+    """A six-axis transducer between a leg and its foot.
+
+    Parameters
+    ----------
+    position_m, rotation_rpy_rad
+        In the logged frame of the foot.
+    weight_below_n, com_below_m
+        What hangs below the transducer, and its CoM in the transducer's frame.
+    frame_height_m
+        Of the logged frame's origin above the sole.
+    """
+
+    position_m: Triple = (0.0, 0.0, 0.0)
+    rotation_rpy_rad: Triple = (0.0, 0.0, 0.0)
+    weight_below_n: float = 0.0
+    com_below_m: Triple = (0.0, 0.0, 0.0)
+    frame_height_m: float = 0.0
+
+    @property
+    def rot_fs(self) -> FloatArray:
+        """Transducer to foot frame, shape (3, 3)."""
+        return rotation_of_rpy(self.rotation_rpy_rad)
+
+    @property
+    def rot_flat(self) -> FloatArray:
+        """Foot frame to the heading's, of a foot that stands flat, shape (3, 3).
+
+        The foot's frame is upright where the transducer's z is vertical then, else the
+        transducer's is.
+        """
+        vertical = abs(abs(self.rot_fs[2, 2]) - 1.0) < 1e-6
+        return np.eye(3) if vertical else self.rot_fs.T
+
+
+@dataclass(frozen=True)
 class Biped:
-    """A biped whose feet stand on load cells.
+    """A biped whose feet stand on load cells or hang on six-axis transducers; or loose cells.
 
     Parameters
     ----------
     feet
-        Name of each foot -> its cells -> position in the foot frame, m.
+        Name of each foot -> its cells -> position in the foot frame, m; the corners of its sole
+        where it hangs on a transducer.
     mass_kg, com_height_m
         Of the whole robot while walking.
     half_width_m
@@ -48,23 +92,33 @@ class Biped:
     scale_n_per_count, zero_counts
         Nameplate of the cells: newtons per count, and counts without load.
     adc_counts
-        Range of the converter (24 bits, offset binary).
+        Range of the converter (24 bits, offset binary; signed where the zero is no load's).
+    ankles
+        Transducers in place of cells, by foot.
+    loose
+        Cells that are part of no foot.
     """
 
     feet: Mapping[str, Mapping[str, tuple[float, float]]] = field(
         default_factory=lambda: {"left": NAO_CELLS, "right": NAO_CELLS}
     )
-    mass_kg: float = 5.3
+    mass_kg: float = NAO_KG
     gravity_mps2: float = GRAVITY_MPS2
-    com_height_m: float = 0.26
-    half_width_m: float = 0.05
+    com_height_m: float = NAO_COM_HEIGHT_M
+    half_width_m: float = NAO_HALF_WIDTH_M
     scale_n_per_count: float = -3.41e-5
     zero_counts: float = 8.32e6
     adc_counts: int = 2**24
+    ankles: Mapping[str, Ankle] = field(default_factory=dict)
+    loose: tuple[str, ...] = ()
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """``<foot>_<cell>`` of all feet."""
+        """``<foot>_<cell>`` of all feet, ``<foot>.<axis>`` of transducers; or the loose cells."""
+        if self.ankles:
+            return tuple(f"{foot}.{axis}" for foot in self.feet for axis in AXES)
+        if self.loose:
+            return self.loose
         return tuple(f"{foot}_{cell}" for foot, cells in self.feet.items() for cell in cells)
 
     @property
@@ -80,6 +134,55 @@ class Biped:
     def weight_n(self) -> float:
         """Body weight."""
         return self.mass_kg * self.gravity_mps2
+
+    @property
+    def length(self) -> float:
+        """Size of the robot relative to a NAO, by its mass: ``(m / m_NAO)^(1/3)``."""
+        return float(np.cbrt(self.mass_kg / NAO_KG))
+
+    @property
+    def room(self) -> float:
+        """How far a CoP may move in the smallest foot, relative to a NAO's; at most 1."""
+        nao = _reach_m(np.array(list(NAO_CELLS.values())))
+        each = [_reach_m(self.cells_m(foot)) / nao for foot in self.feet]
+        return float(np.round(np.min(each, initial=1.0), 9))
+
+    def within(self, foot: str, points_m: FloatArray) -> BoolArray:
+        """Which points (n, 2) of a foot's frame lie between its cells."""
+        edges = _edges(self.cells_m(foot))
+        inside = points_m @ edges[:, :2].T + edges[:, 2] <= -_EDGE_M
+        return np.asarray(inside.all(axis=1), dtype=bool)
+
+    @property
+    def converts(self) -> bool:
+        """Whether readings are a converter's codes: else a logger wrote forces.
+
+        A converter that reached a thousand times the robot's weight would not see the robot.
+        """
+        return self.adc_counts * abs(self.scale_n_per_count) < _WIDEST * self.weight_n
+
+    @property
+    def codes(self) -> tuple[float, float]:
+        """Lowest and highest code of the converter."""
+        signed = abs(self.zero_counts) < 0.25 * self.adc_counts
+        low = -0.5 * self.adc_counts if signed else 0.0
+        return low, low + self.adc_counts - 1.0
+
+
+def _edges(points_m: FloatArray) -> FloatArray:
+    """Outward normals and offsets of the hull of points (n, 2), shape (edges, 3)."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(ConvexHull(points_m).equations)
+
+
+def _reach_m(points_m: FloatArray) -> FloatArray:
+    """How far their hull reaches from the mean of points, along x and y, shape (2,)."""
+    normal, offset = np.hsplit(_edges(points_m), [2])
+    depth = -(normal @ points_m.mean(axis=0) + offset[:, 0])
+    with np.errstate(divide="ignore"):
+        each: FloatArray = (depth[:, None] / np.abs(normal)).min(axis=0)
+    return each
 
 
 @dataclass(frozen=True)

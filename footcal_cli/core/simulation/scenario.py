@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from footcal_cli.core.chain import Chain, chain_of, link
-from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
+from footcal_cli.core.effects.calibration import AXES, OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Effect, units_of
 from footcal_cli.core.effects.six_axis import MOUNT_ROTATION, MOUNT_TRANSLATION
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT, HANGINGS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.simulation.ankle_logs import ankle_logs
 from footcal_cli.core.simulation.bench_logs import (
-    PlacementsPlan,
-    WeightsPlan,
     placements_log,
     weights_logs,
 )
 from footcal_cli.core.simulation.biped_logs import (
     BipedLogs,
     MotionAt,
-    StandPlan,
-    Streams,
     biped_logs,
     standing,
 )
 from footcal_cli.core.simulation.columns import (
     Columns,
+    ankle_body_columns,
     body_columns,
     cells_columns,
     hang_columns,
@@ -38,23 +36,25 @@ from footcal_cli.core.simulation.columns import (
     placements_columns,
     poses_columns,
     weights_columns,
+    wrenches_columns,
 )
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import (
-    HangPlan,
-    PosePlan,
     hang_log,
     offset_values,
     pose_log,
 )
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import stream
+from footcal_cli.core.simulation.plans import Plans, Spread
 from footcal_cli.core.simulation.recorded import recorded
 from footcal_cli.core.simulation.robots import Biped, Hexapod, HexapodLeg
 from footcal_cli.errors import UsageError
 
+_OFFSET_SHARE, _OFFSET_ARM_M = 0.01, 0.1
+"""Sd of the offset of an ankle's forces, as a share of the weight, and what makes it a torque's."""
 ExperimentName = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
-ON_CELLS = ("weights", "placements", "stand", "walk")
+ON_FEET = ("weights", "placements", "stand", "walk")
 
 
 @dataclass(frozen=True)
@@ -72,66 +72,6 @@ class EffectRequest:
     effect: Effect
     owner: str | None
     values: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Spread:
-    """How far the simulated robot is from its nameplate and design, before any effect.
-
-    Parameters
-    ----------
-    scale, bias_n
-        Sd of the cells' scales (relative) and biases.
-    hang_tilt_rad
-        Sd of the tilt of each hanging, about each axis across gravity.
-    mount_rotation_rad, mount_translation_m
-        Sd of the transducers' mounting errors, per axis.
-    """
-
-    scale: float = 0.02
-    bias_n: float = 0.3
-    hang_tilt_rad: float = 0.035
-    mount_rotation_rad: float = 0.02
-    mount_translation_m: float = 0.003
-
-
-@dataclass(frozen=True)
-class Plans:
-    """What is done in each experiment, and how the streams are sampled."""
-
-    weights: WeightsPlan = field(default_factory=WeightsPlan)
-    placements: PlacementsPlan = field(default_factory=PlacementsPlan)
-    stand: StandPlan = field(default_factory=StandPlan)
-    walk: WalkPlan = field(default_factory=WalkPlan)
-    hang: HangPlan = field(default_factory=HangPlan)
-    pose: PosePlan = field(default_factory=PosePlan)
-    streams: Streams = field(default_factory=Streams)
-
-    def with_noise(self, factor: float) -> Plans:
-        """The same plans with all noise larger or smaller."""
-        s = self.streams
-        return replace(
-            self,
-            weights=replace(self.weights, noise=self.weights.noise.scaled(factor)),
-            placements=replace(self.placements, noise=self.placements.noise.scaled(factor)),
-            hang=replace(
-                self.hang,
-                force_noise=self.hang.force_noise.scaled(factor),
-                torque_noise=self.hang.torque_noise.scaled(factor),
-            ),
-            pose=replace(
-                self.pose,
-                force_noise=self.pose.force_noise.scaled(factor),
-                torque_noise=self.pose.torque_noise.scaled(factor),
-            ),
-            streams=replace(
-                s,
-                cell_noise=s.cell_noise.scaled(factor),
-                com_noise_m=s.com_noise_m * factor,
-                acc_noise_mps2=s.acc_noise_mps2 * factor,
-                angmom_noise_nm=s.angmom_noise_nm * factor,
-            ),
-        )
 
 
 @dataclass(frozen=True)
@@ -164,6 +104,18 @@ def calibration(robot: Biped, spread: Spread, seed: int) -> tuple[Chain, dict[st
         bias = -scale * robot.zero_counts + spread.bias_n * rng.standard_normal()
         values[f"{channel}.scale"], values[f"{channel}.bias"] = float(scale), float(bias)
     return chain_of([link(SCALE_BIAS, robot.channels)]), values
+
+
+def ankle_offsets(robot: Biped, seed: int) -> tuple[Chain, dict[str, float]]:
+    """Offsets of simulated ankle transducers, drawn as shares of the robot's weight."""
+    rng = stream(seed, "ankle offsets")
+    values: dict[str, float] = {}
+    for foot in robot.feet:
+        for axis in AXES:
+            size = _OFFSET_SHARE * robot.weight_n
+            size *= 1.0 if axis.startswith("f") else _OFFSET_ARM_M * robot.length
+            values[f"{foot}.offset_{axis}"] = float(size * rng.standard_normal())
+    return chain_of([link(OFFSET, robot.channels)]), values
 
 
 def mounting(robot: Hexapod, spread: Spread, seed: int) -> tuple[Chain, dict[str, float]]:
@@ -265,7 +217,7 @@ def simulate(
         values = _as_given(values, given, ".offset_")
         chain, values = with_effects(chain, values, requests, robot.channels)
         return _on_hips(experiment, robot, plans, chain, values, seed)
-    chain, values = calibration(robot, spread, seed)
+    chain, values = ankle_offsets(robot, seed) if robot.ankles else calibration(robot, spread, seed)
     values = _as_given(values, given, ".")
     chain, values = with_effects(chain, values, requests, robot.channels)
     if experiment == "weights":
@@ -285,6 +237,13 @@ def simulate(
         motion_at, duration_s = standing(robot, plans.stand, seed), plans.stand.duration_s
     else:
         motion_at, duration_s = _walk(robot, plans.walk), plans.walk.duration_s
+    if robot.ankles:
+        on_ankles = ankle_logs(
+            experiment, robot, motion_at, duration_s, chain, values,
+            seed=seed, streams=plans.streams,
+        )  # fmt: skip
+        files = {"wrenches": wrenches_columns(on_ankles), "body": ankle_body_columns(on_ankles)}
+        return _scenario(files, on_ankles.wrenches, chain, values)
     both = biped_logs(
         experiment,
         robot,

@@ -27,6 +27,7 @@ from footcal_cli.intake.cases.shared import (
     baseline_of,
     chain_of,
     known_before,
+    rate_of,
 )
 from footcal_cli.intake.recordings import Recording, read_recordings
 from footcal_cli.recipe.options import DiagnoseOptions
@@ -81,7 +82,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
             values.setdefault(f"{channel}.bias", float(belief.bias_n[i]))
     weight = session.recipe.robot.weight_n or 50.0
     # a stance may be a single row
-    rate = 1.0 / float(np.median(np.diff(logs[0].time_s))) if kind == "walk" else 0.0
+    rate = rate_of(logs[0], recordings[0].name) if kind == "walk" else 0.0
     scale = np.abs([values[f"{channel}.scale"] for channel in channels])
     known = known_before(session, channels, values)
     held_to = None if known is None else GAIN_MOVES

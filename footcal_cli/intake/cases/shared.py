@@ -14,8 +14,10 @@ from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Parameter
 from footcal_cli.core.quality import Finding
+from footcal_cli.errors import DataError
 from footcal_cli.recipe.options import DiagnoseOptions
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParameterRecord, ParametersRecord
@@ -24,7 +26,24 @@ if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
 
+_FEWEST_SAMPLES = 2
 OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
+
+
+def rate_of(log: Log, name: str) -> float:
+    """Samples per second of what counts of a walk.
+
+    Raises
+    ------
+    DataError
+        Fewer than two samples count.
+    """
+    if len(log) < _FEWEST_SAMPLES:
+        raise DataError(
+            f"{len(log)} sample of this walk counts", file=name,
+            remedy="check the stamps of both logs: of one clock, and in s (footcal check)",
+        )  # fmt: skip
+    return 1.0 / float(np.median(np.diff(log.time_s)))
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,14 @@ from footcal_cli.core.online.six_axis import PRIOR_SD
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import Parameter, ParameterSet
 from footcal_cli.core.spatial import whole_rows
-from footcal_cli.intake.cases.shared import FINDING, CaseRead, baseline_of, chain_of, of_cells
+from footcal_cli.intake.cases.shared import (
+    FINDING,
+    CaseRead,
+    baseline_of,
+    chain_of,
+    of_cells,
+    rate_of,
+)
 from footcal_cli.intake.recordings import read_recordings
 from footcal_cli.recipe.options import DiagnoseOptions
 
@@ -44,7 +51,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     calibration = offset_parameters(channels, values)
     values |= {parameter.name: parameter.value for parameter in calibration}
     weight = session.recipe.robot.weight_n or 700.0
-    rate = 1.0 / float(np.median(np.diff(logs[0].time_s)))
+    rate = rate_of(logs[0], recordings[0].name)
     walks = kind == "walk"
     case = Case(
         experiment=experiment,
