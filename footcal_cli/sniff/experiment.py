@@ -241,7 +241,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         if not forces and len(plain) == 1 and others and plain[0] not in others:
             forces = plain
         if len(forces) == 1 and others:
-            why = "a force beside readings that are none"
+            why = "a force next to readings that are none"
             return [forces[0].as_quantity("load", "likely", why)], others
     pressures = [c for c in file.of("pressure") if c.values is not None]
     if not loads and len(pressures) == 1:
@@ -288,7 +288,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
         scale = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}.get(stamped.unit or "s", 1.0)
         seconds = (stamped.values - stamped.values[0]) * scale
     return Plan(
-        file, "one cell alone, no load beside it", "one column of readings", "likely",
+        file, "one cell alone, without a load", "one column of readings", "likely",
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
         blanks=(blank_loads(seconds, numbers_of(cell)), *blanks),
     )  # fmt: skip
@@ -305,7 +305,7 @@ def _cop_points(
     }
     return Plan(
         file, "known points and the CoP that an instrument reported",
-        "positions of points beside a CoP", "likely", "offline-fit", "cop_points", entries,
+        "positions of points and a CoP", "likely", "offline-fit", "cop_points", entries,
     )  # fmt: skip
 
 

@@ -223,7 +223,7 @@ def _with_body(plan: Plan, body: FileGuess) -> list[Part]:
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
         "online-replay", "body", entries, robot=upright(body, entries),
     )  # fmt: skip
-    sensors = replace(plan, command="online-replay", kind=f"{plan.kind}; a body stream beside it")
+    sensors = replace(plan, command="online-replay", kind=f"{plan.kind}; with a body stream")
     return [
         Part(sensors, (plan.file.path,), escaped(plan.file.path.name)),
         Part(other, (body.path,), escaped(body.path.name)),
