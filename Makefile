@@ -132,7 +132,7 @@ foreign-calibration: $(VENV)/.installed-dev  ## Coverage of every calibration in
 
 .PHONY: docs
 docs: $(VENV)/.installed  ## Build the documentation site into site/.
-	$(BIN)/pip install --quiet --disable-pip-version-check '.[docs]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	$(BIN)/mkdocs build --strict
 	@echo "open site/index.html"
 
