@@ -41,7 +41,7 @@ class CauseRecord(Record):
     """Whether its size is one that matters; a small cause may be as certain as a large one."""
     remedy: str = ""
     probability: dict[str, float] = Field(default_factory=dict)
-    """Of each member of the credible set, where several experiments were diagnosed together."""
+    """Of each effect of a set of rivals, all of them taken as equally likely beforehand."""
     agreement_p: float | None = None
     """p of its sizes being the same in all experiments that know of it."""
 

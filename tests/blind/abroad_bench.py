@@ -14,16 +14,19 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from scipy import stats
 
-from tests.blind.abroad import TRIALS, Abroad, make
+from tests.blind.abroad import CREEP, CURVES, LEVEL, SLOW, SUM, TRIALS, Abroad, make
+from tests.blind.abroad_legs import FLIPS
 from tests.blind.diagnosing import FINE, footcal
 from tests.blind.scoring import Verdict
 
+CLASSES = tuple(frozenset(c) for c in (CURVES, LEVEL, CREEP, SLOW, SUM, FLIPS))
+"""Causes that one remedy serves."""
 ANSWERS = ("right", "set", "unknown", "none", "underpowered", "bad-data", "WRONG", "error")
 
 
@@ -132,18 +135,46 @@ def run(arguments: list[str] | None = None) -> None:
     sys.stdout.write(counted(kept))
 
 
-def answers(kept: Path) -> list[tuple[Abroad, str]]:
-    """Every trial that was diagnosed, with its answer."""
+def classes_of(names: Iterable[str]) -> int:
+    """Number of causes among names, those that one remedy serves counted as one."""
+    return len({next((c for c in CLASSES if name in c), frozenset([name])) for name in names})
+
+
+def named_sets(trial: Abroad, record: Mapping[str, Any]) -> list[tuple[bool, int]]:
+    """Of a name or a set of rivals that was given: whether it holds the cause, and its classes."""
+    if not trial.right or record["verdict"] not in ("named", "named+unknown", "ambiguous"):
+        return []
+    said, right = Verdict.read(record), frozenset(trial.right)
+    groups = [frozenset([name]) for name in said.names] + list(said.rivals)
+    best = next((group for group in groups if group & right), None) or next(iter(groups), None)
+    return [] if best is None else [(bool(best & right), classes_of(best))]
+
+
+def records(kept: Path) -> list[tuple[Abroad, dict[str, Any]]]:
+    """Every trial that was diagnosed, with its record."""
     found = []
     for name, trial in TRIALS.items():
         for file in sorted(kept.glob(f"{name.replace(' ', '_')}_[0-9]*.json")):
-            found.append((trial, answer(trial, json.loads(file.read_text("utf-8")))))
+            found.append((trial, json.loads(file.read_text("utf-8"))))
     return found
 
 
+def sets_counted(found: Sequence[tuple[Abroad, dict[str, Any]]]) -> str:
+    """How many names and sets hold the cause, and of how many classes those are."""
+    sets = [one for trial, record in found for one in named_sets(trial, record)]
+    sizes = [size for held, size in sets if held]
+    if not sizes:
+        return ""
+    return (
+        f"names and sets that hold the cause: {share_words([held for held, _ in sets])}, "
+        f"{sum(sizes) / len(sizes):.2f} classes on average\n"
+    )
+
+
 def counted(kept: Path) -> str:
-    """A table of answers by experiment, clean logs apart."""
-    found = answers(kept)
+    """A table of answers by experiment, clean logs apart, and what the sets of rivals hold."""
+    diagnosed = records(kept)
+    found = [(trial, answer(trial, record)) for trial, record in diagnosed]
     lines = [f"| trials | n | {' | '.join(ANSWERS)} |", f"|---|---|{'---|' * len(ANSWERS)}"]
     kinds = list(dict.fromkeys((t.experiment, bool(t.right)) for t, _ in found))
     for kind in [*kinds, ("all", False), ("all", True)]:
@@ -154,7 +185,7 @@ def counted(kept: Path) -> str:
             words = " | ".join(str(share[a]) for a in ANSWERS)
             name = f"{kind[0]}, {'a cause hidden' if kind[1] else 'clean'}"
             lines.append(f"| {name} | {len(mine)} | {words} |")
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n" + sets_counted(diagnosed)
 
 
 def share_words(hits: Sequence[bool]) -> str:

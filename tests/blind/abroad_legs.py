@@ -12,7 +12,7 @@ from tests.blind.world import Rng
 from tests.foreign import Recorded, hang, joined, poses
 
 Hide = Callable[[int, Rng], Recorded]
-_FLIPS = ("axis_flip", "mount_rotation", "sign_flip")
+FLIPS = ("axis_flip", "mount_rotation", "sign_flip")
 
 
 def with_log(recorded: Recorded, role: str, table: pd.DataFrame) -> Recorded:
@@ -105,14 +105,14 @@ def _leg(role: str, change: Callable[[pd.DataFrame, Rng], pd.DataFrame]) -> Hide
 ON_LEGS: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
     ("hang", "", (), lambda s, r: _legs(s, "hang")),
     ("hang", "clean, fast", (), lambda s, r: _fast(s)),
-    ("hang", "half turn", _FLIPS, _leg("hang", _half_turned)),
+    ("hang", "half turn", FLIPS, _leg("hang", _half_turned)),
     ("hang", "curve", ("nonlinearity", "dead_zone", "hinge"), _leg("hang", _bent_leg)),
     ("hang", "coupling", ("cross_coupling",), _leg("hang", _coupled)),
     ("hang", "cable", ("cable_drag",), _leg("hang", _dragged)),
     ("hang", "drift", ("offset_drift",), _leg("hang", _drifting)),
     ("pose", "", (), lambda s, r: _legs(s, "poses")),
     ("pose", "mass", ("robot_weight",), lambda s, r: _hung_then(heavier(poses(s), 0.04), s)),
-    ("pose", "half turn", _FLIPS, _leg("poses", _half_turned)),
+    ("pose", "half turn", FLIPS, _leg("poses", _half_turned)),
     ("pose", "drift", ("offset_drift", "offset_change"), _leg("poses", _moving_away)),
     ("pose", "coupling", ("cross_coupling",), _leg("poses", _coupled)),
     ("pose", "cable", ("cable_drag",), _leg("poses", _dragged)),

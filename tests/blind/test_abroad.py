@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.blind.abroad import TRIALS
-from tests.blind.abroad_bench import answer, diagnosed, seed_of
+from tests.blind.abroad_bench import answer, diagnosed, named_sets, seed_of
 
 SEEN = (
     ("placements clean", 310),
@@ -49,3 +49,13 @@ def test_a_refusal_that_names_the_plugs_answers_wrong_wiring_alone() -> None:
     assert answer(TRIALS["pose plugs"], refused) == "right"
     assert answer(TRIALS["pose plugs"], {**refused, "said": "the log is empty"}) == "error"
     assert answer(TRIALS["pose clean"], refused) == "error"
+
+
+def test_a_set_counts_its_classes_and_whether_it_holds_the_cause() -> None:
+    """Of a knee two curves are one class, a late stream and a lag another; a wrong set is none."""
+    rivals = [["hinge", "dead_zone", "delay", "lag"]]
+    said = {"verdict": "ambiguous", "rivals": rivals, "causes": [], "effects": []}
+    assert named_sets(TRIALS["walk curve"], said) == [(True, 2)]
+    assert named_sets(TRIALS["walk crosstalk"], said) == [(False, 2)]
+    assert named_sets(TRIALS["walk clean"], said) == []
+    assert named_sets(TRIALS["walk curve"], {**said, "verdict": "unknown"}) == []

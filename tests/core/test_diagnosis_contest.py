@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -22,6 +23,7 @@ from footcal_cli.core.diagnosis.kindred import (
     excess_of,
     largest_excess,
     likelier,
+    odds_of,
     of_two_classes,
     share_for_form,
 )
@@ -101,6 +103,29 @@ def test_a_true_rival_is_seldom_out_however_much_blocks_scatter() -> None:
         differences = rng.normal(-mean, np.sqrt(36.0 * mean), (2000, 12))
         wrong = [likelier(np.full(12, 100.0), 100.0 + d, noise, 0.01) for d in differences]
         assert np.mean(wrong) < Rules().alpha_rival
+
+
+@pytest.mark.parametrize("scatter", [1.0, 9.0])
+def test_odds_of_two_models_are_as_often_right_as_they_say(scatter: float) -> None:
+    """One of two models is true by a throw; blocks whose differences are ``N(±μ, 4 s μ)``."""
+    rng, noise = np.random.default_rng(8), of_rows(1200)
+    said, true = np.empty(1500), rng.random(1500) < 0.5
+    for i, first in enumerate(true):
+        mean = scatter * 10.0 ** rng.uniform(-2.0, 0.7)
+        lost = rng.normal(mean if first else -mean, np.sqrt(4.0 * scatter * mean), 12)
+        said[i] = 1.0 / (1.0 + odds_of(np.full(12, 100.0), 100.0 + lost, noise))
+    for low, high in itertools.pairwise((0.0, 0.1, 0.35, 0.65, 0.9, 1.0)):
+        there = (said >= low) & (said <= high)
+        assert there.sum() > 100
+        assert abs(said[there].mean() - true[there].mean()) < 0.1
+
+
+def test_a_set_shares_its_probability_by_odds_and_a_name_has_none() -> None:
+    mine, other = tried("hinge", 1.0, 0.5).cause, tried("dead_zone", 1.0, 0.5).cause.signature
+    assert replace(mine, rivals=(other,), odds={"dead_zone": 0.25}).probability == {
+        "hinge": pytest.approx(0.8), "dead_zone": pytest.approx(0.2),
+    }  # fmt: skip
+    assert mine.probability == {}
 
 
 def test_a_wrong_rival_is_out_where_blocks_agree() -> None:

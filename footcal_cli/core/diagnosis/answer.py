@@ -80,6 +80,8 @@ class Cause:
         Other effects that do as well; the same effect elsewhere.
     compared
         Other effects that were refitted in its place.
+    odds
+        How many times as probable the data are under each rival as under this one.
     """
 
     signature: Signature
@@ -91,6 +93,16 @@ class Cause:
     rivals: tuple[Signature, ...]
     places: tuple[Signature, ...]
     compared: Mapping[str, Compared] = field(default_factory=dict)
+    odds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def probability(self) -> dict[str, float]:
+        """Of each effect of the set, itself first, all as likely beforehand; empty for a name."""
+        names = dict.fromkeys([self.signature.effect, *(s.effect for s in self.rivals)])
+        if len(names) == 1:
+            return {}
+        odds = {name: self.odds.get(name, 1.0) for name in names}
+        return {name: of_it / sum(odds.values()) for name, of_it in odds.items()}
 
     @property
     def begun_by(self) -> frozenset[str]:

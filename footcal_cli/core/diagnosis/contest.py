@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
@@ -17,6 +19,7 @@ from footcal_cli.core.diagnosis.kindred import (
     kindred,
     level_of,
     likelier,
+    odds_of,
     of_turns,
     of_two_classes,
     outdone,
@@ -147,7 +150,11 @@ def decided(
         for other in tried
         if other.cause.signature.effect != mine.effect
     }
-    return replace(chosen, rivals=tuple(by_effect.values()), compared=compared), fitted
+    odds = _unfitted_odds(answer, mine.effect, noise) | dict.fromkeys(near, 1.0)
+    odds |= {t.cause.signature.effect: odds_of(loss, t.loss, noise) for t in tried}
+    as_good = tuple(by_effect.values())
+    odds = {s.effect: odds.get(s.effect, 1.0) for s in as_good}
+    return replace(chosen, rivals=as_good, compared=compared, odds=odds), fitted
 
 
 def _stricter(rules: Rules, settings: Settings | None) -> Rules:
@@ -223,6 +230,18 @@ def _as_good(answer: Diagnosis, gain: float) -> list[Signature]:
             for c, (effect, *_) in enumerate(causes) if effect == signature.effect
         )
     ]  # fmt: skip
+
+
+def _unfitted_odds(answer: Diagnosis, mine: str, noise: Noise) -> dict[str, float]:
+    """Odds of effects against the named one by their signatures, where they explain most."""
+    gain, causes = answer.search.first.gain, answer.library.causes
+    best: dict[str, int] = {}
+    for c in np.argsort(-gain.sum(axis=0), kind="stable"):
+        best.setdefault(causes[c][0], int(c))
+    if mine not in best:
+        return {}
+    # a loss but for what all of them leave
+    return {name: odds_of(-gain[:, best[mine]], -gain[:, c], noise) for name, c in best.items()}
 
 
 def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:

@@ -36,6 +36,7 @@ SMOOTH = having(Trait.SMOOTH)
 """Curves of one number. Against a knee, which has its place too, they count together: only where
 the sharp knee adds something beside both is a smooth curve out."""
 _UNSURE = 0.05
+_MOST = 500.0  # exponent of odds
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,30 @@ def likelier(best: FloatArray, other: FloatArray, noise: Noise, odds: float) -> 
         return False
     scatter = float(np.var(lost, ddof=1)) * lost.size / (4.0 * total)
     return total > float(-2.0 * np.log(odds)) * max(scale, scatter)
+
+
+def odds_of(best: FloatArray, other: FloatArray, noise: Noise) -> float:
+    """How many times as probable blocks that had no say are under another model as under the best.
+
+    ``exp(−Σ d/2s)`` of the blocks' differences ``d = L − L₀``, in noise of the mean square s that
+    the best leaves per row, and no less than one; but no surer than their scatter lets the sign of
+    their mean be, ``F(−t)/F(t)`` with Student's distribution F and ``t = √B d̄/sd(d)``.
+
+    Parameters
+    ----------
+    best, other
+        Held-out squared error of each block in the metric of the noise, L₀ and L, shape (B,).
+    """
+    lost = other - best
+    spread = float(np.std(lost, ddof=1)) if lost.size > 1 else 0.0
+    if not spread > 0.0:
+        return 1.0
+    scale = max(float(best.sum()) / noise.whitener.kept.size, 1.0)
+    t = float(lost.mean()) / spread * np.sqrt(lost.size)
+    freedom = lost.size - 1
+    by_sign = float(stats.t.logcdf(-t, freedom) - stats.t.logcdf(t, freedom))
+    by_loss = -0.5 * float(lost.sum()) / scale
+    return float(np.exp(np.clip(min(by_sign, by_loss, key=abs), -_MOST, _MOST)))
 
 
 def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:

@@ -119,6 +119,7 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
         blocks_better=cause.blocks_better if gain is None else better_blocks(gain),
         rivals=tuple(dict.fromkeys(r.effect for r in cause.rivals)),
         places=tuple(dict.fromkeys(s.where for s in cause.places)),
+        probability=cause.probability,
         matters=matters(found, item),
         remedy=remedy_of(found, item),
     )  # fmt: skip

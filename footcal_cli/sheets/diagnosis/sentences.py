@@ -165,13 +165,32 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
         for f in found.found
         if f.cause.rivals
     ]
-    lines += against_rivals(found)
+    lines += [*_odds_lines(found), *against_rivals(found)]
     return f"{sentence}.", [
         *lines,
         f"{gain_words(found)}.",
         *_detail_lines(found),
         *cannot_lines(found, untested),
     ]
+
+
+def _odds_lines(found: Investigation) -> list[str]:
+    """How probable each effect of a set of rivals is."""
+    return [
+        "By blocks that no fit had seen, with all of them equally likely beforehand: "
+        + ", ".join(f"{words(n)} {_chance(p)}" for n, p in sorted(shares.items(), key=_last))
+        + "."
+        for shares in (f.cause.probability for f in found.found) if shares
+    ]  # fmt: skip
+
+
+def _last(item: tuple[str, float]) -> float:
+    return -item[1]
+
+
+def _chance(p: float) -> str:
+    """A probability in whole per cent; no certainty that the data do not have."""
+    return "less than 1 %" if p < 0.01 else f"{min(100 * p, 99.0):.0f} %"
 
 
 def partly_named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
