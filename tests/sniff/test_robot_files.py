@@ -54,7 +54,8 @@ def test_weights_a_walk_and_the_body_in_three_files(tmp_path: Path) -> None:
     rows = [",".join([f"{12.5 * i:.1f}", *map(str, row)]) for i, row in enumerate(counts)]
     (tmp_path / "feet.csv").write_text("\n".join([f"t (ms),{','.join(CELLS)}", *rows]) + "\n")
     names = "t (ms),CoMX (mm),CoMY (mm),CoMZ (mm),dLX (Nm),dLY (Nm),LeftFootX (mm),RightFootX (mm)"
-    body = [*rng.normal(0, 1, (500, 7)), 0, 0, 250, 0, 0, 0, 0]
+    body = rng.normal(0, 1, (500, 7))
+    body[:, 2] += 250
     rows = [",".join([f"{10 * i}", *(f"{v:.4f}" for v in row)]) for i, row in enumerate(body)]
     (tmp_path / "body.csv").write_text("\n".join([names, *rows]) + "\n")
     files = [guess_file(tmp_path / f"{name}.csv") for name in ("weights", "feet", "body")]
