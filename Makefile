@@ -101,6 +101,17 @@ pictures: demo  ## Run the demo and take the pictures of README and documents fr
 	$(FOOTCAL) diagnose $(OUT)/tilted/cells.parquet $(OUT)/tilted/body.parquet --experiment walk \
 		--recipe recipes/nao_walk.toml --parameters $(OUT)/cells/parameters.json \
 		--out $(OUT)/rivals --overwrite --quiet
+	$(FOOTCAL) simulate --experiment walk --effect right_fl.channel_stuck=1 \
+		--recipe recipes/nao_simulated.toml --out $(OUT)/stuck --overwrite --quiet
+	$(FOOTCAL) check $(OUT)/stuck/cells.parquet --recipe recipes/nao_simulated.toml \
+		--out $(OUT)/stuck_check --overwrite --quiet
+	$(BIN)/python docs/make_pictures.py --sessions $(OUT)/fleet_logs
+	$(FOOTCAL) batch $(OUT)/fleet_logs/sessions.csv --command offline-fit --out $(OUT)/fleet \
+		--overwrite --quiet
+	$(FOOTCAL) apply $(BIPED)/walk_002_cells.parquet --recipe recipes/nao_walk.toml \
+		--parameters $(OUT)/cells/parameters.json --out $(OUT)/applied --overwrite --quiet
+	printf 'Gewicht [g];HX711\n0;84512\n500;295480\n1000;506210\n2000;928010\n5000;2192600\n5000;2193100\n1000;506600\n0;84700\n' > $(OUT)/scale.csv
+	cd $(OUT) && COLUMNS=100 $(abspath $(FOOTCAL)) init scale.csv --output scale.toml --overwrite > init.txt
 	$(BIN)/python docs/make_pictures.py $(OUT)
 
 .PHONY: gallery
@@ -121,7 +132,7 @@ foreign-calibration: $(VENV)/.installed-dev  ## Coverage of every calibration in
 
 .PHONY: docs
 docs: $(VENV)/.installed  ## Build the documentation site into site/.
-	$(BIN)/pip install --quiet --disable-pip-version-check '.[docs]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	$(BIN)/mkdocs build --strict
 	@echo "open site/index.html"
 

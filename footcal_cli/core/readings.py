@@ -243,10 +243,15 @@ def check_dead_channels(
         if moves and span[i] < DEAD_SPAN * usual:
             yield Finding(
                 "dead_cell", "alarm", name,
-                f"the channel moves by {span[i]:,.4g} while the others of its foot move by "
-                f"{usual:,.4g}",
+                f"the channel moves by {_plain(span[i])} while the others of its foot move by "
+                f"{_plain(usual)}",
                 "check its wires, its plug and that it carries the plate",
             )  # fmt: skip
+
+
+def _plain(value: float) -> str:
+    """A span without a power of ten: 0.04, 516,412."""
+    return f"{value:,.0f}" if value >= 1e3 else f"{value:.4g}"
 
 
 def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.readings import DEAD_SPAN
 
 MUCH_BETTER = 0.25
 """RMS error after exchanging two channels over that before, below which they are exchanged."""
@@ -74,7 +75,9 @@ def check_exchanged_walking(
     from scipy.stats import t as student
 
     count, arms = len(names), arms_m / float(np.abs(arms_m).mean())
-    if len(demanded_n) < BLOCKS + 4 * count:
+    span = np.ptp(readings, axis=0)
+    # without a dead cell nothing balances, and an exchange may stand in for it
+    if len(demanded_n) < BLOCKS + 4 * count or span.min() < DEAD_SPAN * np.median(span):
         return []
     given = _left_out(readings, arms, demanded_n)
     if not given.min() > 0:
@@ -144,7 +147,7 @@ def _exchanged_finding(first: str, second: str, ratio: float) -> Finding:
     return Finding(
         "exchanged_channels", "alarm", f"{first}, {second}",
         f"the readings of {first} and {second} look exchanged: with their names exchanged the "
-        f"error of the balance falls to {ratio:.1%}",
+        f"error of the balance falls to {100 * ratio:.0f} %",
         "press one of the two cells by hand; exchange the plugs or the names in the recipe",
     )  # fmt: skip
 

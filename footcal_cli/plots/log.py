@@ -22,6 +22,7 @@ Drawing = Callable[[], "Figure"]
 BINS = 1200
 """Points of a curve, however long the log: the smallest and the largest of every stretch."""
 MOST_PANELS = 24
+_MOST_MARKS = 2000
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,8 @@ def _strip(
     first = next(iter(panel.series.values()))
     styles = {"single sample far off": ("o", BAD), "end code": ("s", "#CC79A7")}
     for what, flags in panel.marked.items():
-        at = np.flatnonzero(flags)[:2000]
+        at = np.flatnonzero(flags)
+        at = at[:: -(-at.size // _MOST_MARKS) or 1]
         if not at.size:
             continue
         if what in styles:
@@ -128,11 +130,16 @@ def _strip(
     axes.tick_params(labelsize=7)
     axes.locator_params(axis="y", nbins=3)
     if finite.size and np.abs(finite).max() < 1e9:
-        axes.ticklabel_format(axis="y", useOffset=False, style="plain")
+        axes.yaxis.set_major_formatter(_thousands)
     axes.set_ylabel(panel.name, fontsize=8, rotation=0, ha="right", va="center",
                     color=BAD if panel.wrong else REFERENCE)  # fmt: skip
     if panel.wrong:
         axes.set_title(panel.wrong, loc="right", fontsize=7.5, color=BAD, pad=1)
+
+
+def _thousands(value: float, _: float) -> str:
+    """A tick with its thousands set apart: 8,250,000."""
+    return f"{value:,.6g}".replace("-", "−") if abs(value) < 1e4 else f"{value:,.0f}"
 
 
 def plot_weights(

@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.sniff.cells import cells_in_time, toml_key
 from footcal_cli.sniff.groups import channel_names, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
-from footcal_cli.sniff.holds import blank_loads
+from footcal_cli.sniff.holds import blank_loads, typed_loads
 from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load, unlike
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, STATISTICS, words_of
@@ -168,8 +168,23 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     if time and (stamped := file.of("time")[0]).values is not None:
         scale = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}.get(stamped.unit or "s", 1.0)
         seconds = (stamped.values - stamped.values[0]) * scale
+    for column in file.of("other", "label"):
+        if column.codes is None or not 0 < np.sum(column.codes >= 0) < file.rows:
+            continue
+        typed = [
+            (float(seconds[i]), column.words[column.codes[i]])
+            for i in np.flatnonzero(column.codes >= 0)
+        ]
+        if loads := typed_loads(seconds, numbers_of(cell), typed):
+            return Plan(
+                file, "one cell alone, weights put on it one after another",
+                f"what was typed in {column.column} at each hold", "likely",
+                "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
+                options=loads,
+                blanks=tuple(blanks),
+            )  # fmt: skip
     return Plan(
-        file, "one cell alone, no load beside it", "one column of readings", "likely",
+        file, "one cell alone, without a load", "one column of readings", "likely",
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
         blanks=(blank_loads(seconds, numbers_of(cell)), *blanks),
     )  # fmt: skip
@@ -186,7 +201,7 @@ def _cop_points(
     }
     return Plan(
         file, "known points and the CoP that an instrument reported",
-        "positions of points beside a CoP", "likely", "offline-fit", "cop_points", entries,
+        "positions of points and a CoP", "likely", "offline-fit", "cop_points", entries,
     )  # fmt: skip
 
 

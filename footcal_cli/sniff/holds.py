@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from footcal_cli.core.bench.plateaus import PlateauOptions, find_plateaus
+from footcal_cli.core.bench.plateaus import PlateauOptions, Plateaus, find_plateaus
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.plan import Blank
 from footcal_cli.sniff.texts import FEW
+from footcal_cli.sniff.tokens import with_unit
+from footcal_cli.sniff.units import MASSES, known_unit
 
 _FEWEST, _ROWS_A_HOLD = 3, 8
 _SHORT_S = 4.0
 """Holds shorter than this need other options: by default 3 s of them must stand still."""
+_MOST_LISTED = 12
+_FINER = (0.01, 0.005, 0.002)
+"""Shares of the span below which loads are the same, where a recipe has to say so."""
+_NOTHING_ON = frozenset(
+    ["empty", "unloaded", "zero", "none", "nothing", "leer", "vide", "vuoto", "vacío", "0"]
+)
+"""What is typed when no weight lies on a cell."""
 
 
 def short_holds(time_s: FloatArray, load: FloatArray) -> tuple[str, ...]:
@@ -44,6 +56,64 @@ def short_holds(time_s: FloatArray, load: FloatArray) -> tuple[str, ...]:
     return (f"plateaus = {{ {said} }}    # likely: each load stayed for {shortest:.3g} s or more",)
 
 
+def typed_loads(
+    time_s: FloatArray, reading: FloatArray, typed: Sequence[tuple[float, str]]
+) -> tuple[str, ...]:
+    """Options that give each hold the load that was typed when it was put on.
+
+    Parameters
+    ----------
+    time_s, reading
+        Shape (n,).
+    typed
+        Moments (s) and what was typed then: ``100 g``, ``2 kg``, ``empty``.
+
+    Returns
+    -------
+    lines
+        Of ``[offline_fit]``; none where a hold has no weight, or two that differ.
+    """
+    for same_level in (PlateauOptions().same_level, *_FINER):
+        loads = _per_hold(_holds(time_s, reading, same_level), typed)
+        if len(set(loads)) > 1 and None not in loads:
+            said = ", ".join(f"{load:.6g}" for load in loads)
+            line = f'plateaus.loads = "{said} kg"    # likely: as typed, in order of time'
+            finer = f"plateaus.same_level = {same_level:g}    # of the span: loads are close"
+            return (line, finer) if same_level in _FINER else (line,)
+    return ()
+
+
+def _per_hold(found: Plateaus, typed: Sequence[tuple[float, str]]) -> list[float | None]:
+    """The mass in kg that was typed for each load, None where it is none or not one."""
+    loads: list[float | None] = []
+    before = -np.inf
+    for level in np.unique(found.level):
+        until = float(found.stop_s[found.level == level].max())
+        weights = {_kg(text) for at, text in typed if before < at <= until}
+        loads.append(weights.pop() if len(weights) == 1 else None)
+        before = until
+    return loads
+
+
+def _kg(text: str) -> float | None:
+    """A mass that was typed; None for any other text."""
+    if text.strip().lower() in _NOTHING_ON:
+        return 0.0
+    found = with_unit(text)
+    size = MASSES.get(known_unit(found[1]) or "") if found else None
+    return None if found is None or size is None else float(found[0].replace(",", ".")) * size
+
+
+def _holds(time_s: FloatArray, reading: FloatArray, same_level: float | None = None) -> Plateaus:
+    """Holds of a recording without stamps or readings that are none."""
+    good = np.isfinite(reading) & np.isfinite(time_s)
+    order = np.argsort(time_s[good], kind="stable")
+    options = PlateauOptions()
+    if same_level is not None:
+        options = replace(options, same_level=same_level)
+    return find_plateaus(time_s[good][order], reading[good][order], options)
+
+
 def blank_loads(time_s: FloatArray, reading: FloatArray) -> Blank:
     """The loads to be filled in, with what was found of their holds.
 
@@ -52,14 +122,12 @@ def blank_loads(time_s: FloatArray, reading: FloatArray) -> Blank:
     time_s, reading
         Shape (n,).
     """
-    good = np.isfinite(reading) & np.isfinite(time_s)
-    order = np.argsort(time_s[good], kind="stable")
-    found = find_plateaus(time_s[good][order], reading[good][order], PlateauOptions())
+    found = _holds(time_s, reading)
     levels = np.unique(found.level).size
     medians = [
-        f"{np.median(found.median[found.level == level]):.6g}"
-        for level in np.unique(found.level)[:12]
-    ]
+        f"{np.median(found.median[found.level == level]):.0f}"
+        for level in np.unique(found.level)[:_MOST_LISTED]
+    ] + ["…"] * (levels > _MOST_LISTED)
     if not levels:
         said = "no hold was found; widen min_hold_s and max_scatter"
     else:

@@ -21,6 +21,8 @@ from footcal_cli.sniff.units import split_unit
 
 _RATES = {"vel", "velocity", "v", "speed", "omega", "twist"}
 _MOMENTUM = {"ldot", "hdot", "angmom", "dl", "dh"}
+_MOMENTUM_RATE = re.compile(r"(?:d[lh]|[lh]dot)([xyz])")
+"""dLx, HdotY: written in one word."""
 _FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "sole", "ankle"}
 _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle"}
 
@@ -91,6 +93,8 @@ def _canonical(column: ColumnGuess) -> str:
     if column.quantity in ("com", "com_acc"):
         stem, unit = {"com": ("com", "m"), "com_acc": ("com_acc", "mps2")}[column.quantity]
         return f"{stem}_{column.name.axis}_{unit}"
+    if rate := _MOMENTUM_RATE.fullmatch("".join(words)):
+        return f"angmom_rate_{rate[1]}_nm" if rate[1] != "z" else ""
     if last in ("x", "y", "z") and (_MOMENTUM & set(words) or {"momentum", "rate"} <= set(words)):
         return f"angmom_rate_{last}_nm" if last != "z" else ""
     if not side or not _FEET & set(words):

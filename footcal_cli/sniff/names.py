@@ -45,7 +45,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
     "series serie reihe messreihe série",
     "session": "session day tag set block sitzung",
-    "phase": "phase",
+    "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
     "orientation": "orientation lage attitude ori",
     "placement": "placement hole point position loch punkt place spot pose",
     "contact": "contact kontakt stance",
@@ -57,6 +57,14 @@ _SPELLINGS: dict[Quantity, str] = {
 for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         _WORDS.setdefault(_word, _meaning)
+
+
+def are_names(fields: Sequence[str]) -> bool:
+    """Whether every field of a row is a word for a column of its own: ``millis, raw, note``."""
+    words = [field.strip().lower() for field in fields]
+    return len(words) > 1 and len(set(words)) == len(words) and all(w in _WORDS for w in words)
+
+
 COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
 """Loads that were asked for; what was put on may be another."""
 NOMINAL = {

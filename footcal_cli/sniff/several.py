@@ -13,9 +13,9 @@ from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Plan, without_silent_rows
+from footcal_cli.sniff.plan import without_silent_rows
+from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 
 _TO_S = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _LEAST_STEPS = 2
@@ -45,7 +45,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
             others += group
         else:
             parts.append(made)
-    return parts, others
+    return with_one_name(*with_bodies(parts, others))
 
 
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:
@@ -54,7 +54,7 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
         if beside.of("com") and not file.of("com"):
             plan = plan_of(file)
             if plan is not None:
-                return _with_body(plan, beside)
+                return with_body(plan, beside)
     for file, beside in ((one, other), (other, one)):
         held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
         if held and attitude_of(numbered(beside), None) is not None:
@@ -214,17 +214,3 @@ def _offset(file: FileGuess, beside: FileGuess) -> tuple[float, str]:
     if min(b, d) - max(a, c) > 0.5 * min(b - a, d - c):
         return 0.0, "the stamps of both files overlap"
     return a - c, "the two clocks have nothing in common: both files are taken to start together"
-
-
-def _with_body(plan: Plan, body: FileGuess) -> list[Part]:
-    """Sensors and the robot's own stream."""
-    entries = body_entries(body)
-    other = Plan(
-        body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
-        "online-replay", "body", entries, robot=upright(body, entries),
-    )  # fmt: skip
-    sensors = replace(plan, command="online-replay", kind=f"{plan.kind}; a body stream beside it")
-    return [
-        Part(sensors, (plan.file.path,), escaped(plan.file.path.name)),
-        Part(other, (body.path,), escaped(body.path.name)),
-    ]

@@ -21,6 +21,7 @@ from footcal_cli.sniff.header import (
     units_above,
     with_units_said,
 )
+from footcal_cli.sniff.names import are_names
 from footcal_cli.sniff.rows import Body, best_body, fields_of, on_its_side
 from footcal_cli.sniff.sections import refuse_frames, sections
 from footcal_cli.sniff.tokens import is_moment, is_number
@@ -279,7 +280,7 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
         names = tuple(found)
     elif candidates:
         header_at, fields = candidates.pop()
-        if candidates and not units and looks_like_units(fields):
+        if candidates and not units and looks_like_units(fields) and not are_names(fields):
             units = tuple(fields)
             header_at, fields = candidates.pop()
         elif candidates and not units:

@@ -115,7 +115,7 @@ def weights(
             entries["direction"] = of(direction[0])
         entries |= {"channel": channel, "counts": reading_entry(cell)}
         return Plan(
-            file, "known weights, one row per reading", "a load beside each reading",
+            file, "known weights, one row per reading", "a load next to each reading",
             "likely", "offline-fit", "weights", entries,
             tuple(labels[0].words) if labels else (one_name,), blanks=asked,
         )  # fmt: skip
@@ -131,7 +131,7 @@ def weights(
             {**entries, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
         )  # fmt: skip
     return Plan(
-        file, f"known weights, the readings of {len(cells)} cells beside each other",
+        file, f"known weights, the readings of {len(cells)} cells side by side",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
         entries, tuple(named), wide, blanks=asked,
         warnings=(
@@ -362,7 +362,7 @@ def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
     wide = {number: {"counts": reading_entry(column)} for number, column in runs.items()}
     channel = Entry(value="cell", why="one cell, a column for each run")
     return Plan(
-        file, f"known weights on one cell, {len(runs)} runs beside each other",
+        file, f"known weights on one cell, {len(runs)} runs side by side",
         "a load and numbered runs in a row", "likely", "offline-fit", "weights",
         {"load_n": entry, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
     )  # fmt: skip

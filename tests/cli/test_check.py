@@ -11,6 +11,8 @@ from footcal_cli.records.files import read_record
 from footcal_cli.records.results import RunRecord
 from tests.conftest import Run
 
+ROOT = Path(__file__).resolve().parents[2]
+
 
 def walk_log(path: Path) -> pd.DataFrame:
     rng = np.random.default_rng(0)
@@ -49,6 +51,17 @@ def test_faults_of_a_walk_log_are_named(run: Run, tmp_path: Path) -> None:
         ("stuck_channel", "right_fl_counts"),
         ("saturated_codes", "right_fr_counts"),
     }
+
+
+def test_a_dead_cell_of_a_walk_exchanges_no_others(run: Run, tmp_path: Path) -> None:
+    recipe = ROOT / "recipes/nao_simulated.toml"
+    run("simulate", "--experiment", "walk", "--effect", "right_fl.channel_stuck=1",
+        "--recipe", recipe, "--out", tmp_path / "log")  # fmt: skip
+    logs = [tmp_path / "log" / f"{name}.parquet" for name in ("cells", "body")]
+    answer = run("check", *logs, "--recipe", recipe, "--out", tmp_path / "out")
+    found = {code for code, _ in codes(tmp_path / "out")}
+    assert {"stuck_channel", "dead_cell"} <= found, answer.err
+    assert "exchanged_channels" not in found
 
 
 def test_real_logs_of_others_are_read_through_columns(

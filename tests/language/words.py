@@ -46,7 +46,7 @@ _RECORDS = ("blind_bench_misses.md",)
 """Pages that quote what a sealed run printed."""
 _ROOMS = (
     "commands", "sheets", "plots", "report", "exporters", "formats", "intake", "recipe", "session",
-    "tables",
+    "tables", "sniff", "batch",
 )  # fmt: skip
 _FILES = ("app.py", "errors.py")
 _CORE = ("core",)

@@ -1,0 +1,64 @@
+"""Files of one robot: weights on its cells, a walk on them, and the body's own stream."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from footcal_cli.sniff.file_names import Part, escaped
+from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.plan import Plan
+
+
+def with_body(plan: Plan, body: FileGuess) -> list[Part]:
+    """Sensors and the robot's own stream."""
+    entries = body_entries(body)
+    other = Plan(
+        body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
+        "online-replay", "body", entries, robot=upright(body, entries),
+    )  # fmt: skip
+    sensors = replace(plan, command="online-replay", kind=f"{plan.kind}; with a body stream")
+    return [
+        Part(sensors, (plan.file.path,), escaped(plan.file.path.name)),
+        Part(other, (body.path,), escaped(body.path.name)),
+    ]
+
+
+def with_bodies(
+    parts: Sequence[Part], others: Sequence[FileGuess]
+) -> tuple[list[Part], list[FileGuess]]:
+    """A body's stream that fits no experiment alone, next to the one log that lacks it."""
+    bodies = [file for file in others if file.of("com")]
+    walks = [p for p in parts if p.plan.command == "static-init" and len(p.paths) == 1]
+    if len(bodies) != 1 or len(walks) != 1 or walks[0].beside:
+        return list(parts), list(others)
+    joined = with_body(walks[0].plan, bodies[0])
+    kept = [part for part in parts if part is not walks[0]]
+    return [*kept, *joined], [file for file in others if file is not bodies[0]]
+
+
+def with_one_name(
+    parts: Sequence[Part], others: Sequence[FileGuess]
+) -> tuple[list[Part], list[FileGuess]]:
+    """Weights whose cells are called as the columns of a walk are, under the walk's names."""
+    cells: dict[str, str] = {}
+    for part in parts:
+        if part.plan.role != "weights":
+            for name, entry in part.plan.entries.items():
+                if name.endswith("_counts") and entry.column is not None:
+                    cells[entry.column.column] = name.removesuffix("_counts")
+    return [replace(part, plan=_renamed(part.plan, cells)) for part in parts], list(others)
+
+
+def _renamed(plan: Plan, cells: Mapping[str, str]) -> Plan:
+    """A plan for weights with the cells' texts under the given names, if each has one."""
+    channel = plan.entries.get("channel")
+    same = all(cells.get(name) == name for name in plan.channels)
+    if plan.role != "weights" or channel is None or channel.column is None or same:
+        return plan
+    if not set(plan.channels) <= set(cells):
+        return plan
+    names = {text: cells[text] for text in plan.channels}
+    entries = {**plan.entries, "channel": replace(channel, names=names)}
+    return replace(plan, entries=entries, channels=tuple(names.values()))

@@ -1,0 +1,87 @@
+"""Logs of one robot together, and weights that were typed while a scale was recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.experiment import plan_of
+from footcal_cli.sniff.several import parts_of
+
+CELLS = ("L_FSR_FL", "L_FSR_FR", "L_FSR_RL", "L_FSR_RR", "R_FSR_FL", "R_FSR_FR", "R_FSR_RL",
+         "R_FSR_RR")  # fmt: skip
+
+
+def scale_log(path: Path, typed: list[tuple[float, str]]) -> Path:
+    """A hold of 8 s at 10 Hz per weight, which is typed 1.2 s after it was put on."""
+    rng = np.random.default_rng(5)
+    rows = ["HX711 kitchen scale, channel A gain 128, 10 SPS", "millis,raw,note"]
+    for k, (mass_g, note) in enumerate(typed):
+        for i in range(80):
+            settling = 4000 * np.exp(-i / 2) * rng.standard_normal() if i < 8 else 0.0
+            raw = 84512 + 421.7 * mass_g + 25 * rng.standard_normal() + settling
+            rows.append(f"{1000 + 100 * (80 * k + i)},{raw:.0f},{note if i == 12 else ''}")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+def test_weights_that_were_typed_while_a_scale_was_recorded(tmp_path: Path) -> None:
+    up = [(0.0, "empty"), (100.0, "100g"), (500.0, "500g"), (2000.0, "2 kg"), (5000.0, "5 kg")]
+    plan = plan_of(guess_file(scale_log(tmp_path / "a.csv", [*up, *up[-2::-1], *up[1:]])))
+    assert plan is not None
+    assert plan.ready
+    assert set(plan.entries) == {"time_s", "raw_counts"}
+    assert plan.options[0].startswith(
+        'plateaus.loads = "0, 0.1, 0.5, 2, 5, 2, 0.5, 0.1, 0, 0.1, 0.5, 2, 5 kg"'
+    )
+
+
+def test_a_hold_without_its_weight_is_asked_for(tmp_path: Path) -> None:
+    steps = [(0.0, "empty"), (500.0, ""), (2000.0, "2 kg"), (5000.0, "a cup")]
+    plan = plan_of(guess_file(scale_log(tmp_path / "a.csv", steps)))
+    assert plan is not None
+    assert not plan.ready
+
+
+def test_weights_a_walk_and_the_body_in_three_files(tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    rows = [f"{cell},{load},{8_300_000 - 300 * load + rng.integers(-50, 50)},{run}"
+            for run in range(2) for cell in CELLS for load in (0, 100, 200, 500, 1000)]  # fmt: skip
+    (tmp_path / "weights.csv").write_text("\n".join(["Sensor,Mass (g),ADC,Run", *rows]) + "\n")
+    counts = 8_300_000 - np.abs(rng.normal(0, 1e5, (400, 8))).astype(int)
+    rows = [",".join([f"{12.5 * i:.1f}", *map(str, row)]) for i, row in enumerate(counts)]
+    (tmp_path / "feet.csv").write_text("\n".join([f"t (ms),{','.join(CELLS)}", *rows]) + "\n")
+    names = "t (ms),CoMX (mm),CoMY (mm),CoMZ (mm),dLX (Nm),dLY (Nm),LeftFootX (mm),RightFootX (mm)"
+    body = rng.normal(0, 1, (500, 7))
+    body[:, 2] += 250
+    rows = [",".join([f"{10 * i}", *(f"{v:.4f}" for v in row)]) for i, row in enumerate(body)]
+    (tmp_path / "body.csv").write_text("\n".join([names, *rows]) + "\n")
+    files = [guess_file(tmp_path / f"{name}.csv") for name in ("weights", "feet", "body")]
+    parts, others = parts_of(files)
+    assert not others
+    assert [part.plan.role for part in parts] == ["weights", "cells", "body"]
+    weights, walk, stream = (part.plan for part in parts)
+    assert set(weights.channels) == set(walk.channels) == {
+        f"{foot}_{cell}" for foot in ("left", "right") for cell in ("fl", "fr", "rl", "rr")
+    }  # fmt: skip
+    assert weights.entries["channel"].names["L_FSR_RR"] == "left_rr"
+    assert walk.command == "online-replay"
+    assert {"angmom_rate_x_nm", "angmom_rate_y_nm", "left_foot_x_m"} <= set(stream.entries)
+
+
+def test_the_angle_of_a_shaft_is_the_phase_of_a_leg(tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    names = "Zeit [ms];Winkel [°];Fx [N];Fy [N];Fz [N];Mx [Nm];My [Nm];Mz [Nm]"
+    for side in ("x_up", "x_down", "z_up", "z_down"):
+        wrench = rng.normal(0, 1, (200, 6))
+        rows = [";".join([f"{20 * i}", f"{7.2 * i % 360:.1f}", *(f"{v:.3f}" for v in row)])
+                for i, row in enumerate(wrench)]  # fmt: skip
+        (tmp_path / f"hip_{side}.csv").write_text("\n".join([names, *rows]) + "\n")
+    parts, _ = parts_of([guess_file(path) for path in sorted(tmp_path.glob("*.csv"))])
+    (part,) = parts
+    assert part.plan.command == "hang-calib"
+    phase = part.plan.entries["phase_rad"]
+    assert phase.column is not None
+    assert (phase.column.column, phase.unit) == ("Winkel [°]", "°")
