@@ -99,7 +99,7 @@ def test_three_zones_per_foot_are_what_the_recipe_says(
         "--out", tmp_path / "out",
     )  # fmt: skip
     assert answer.exit_code == 0, answer.err
-    assert "1 stance shows 1 of 12 directions" in answer.out.replace("\n", " ")
+    assert "1 stance shows 1 of 12 parameter directions" in answer.out.replace("\n", " ")
     assert rmse(tmp_path / "out", "vgrf", "before") < 5.0
     lost = read_record(RmseRecord, tmp_path / "out/rmse.json").rejected["dropout"]
     data = pd.read_csv(log)
