@@ -128,12 +128,16 @@ def effect_term(
 
 
 def _log(load_n: FloatArray, record: BenchRecord) -> Log:
-    """The loads as the truth that an effect acts on; in every session its memory starts afresh."""
+    """The loads as the truth that an effect acts on.
+
+    Its memory goes on into a session that comes at the pace of the readings, and starts afresh in
+    others, and in all where no clock says how long they lie apart.
+    """
     warmth = record.temperature_degc
     return Log(
         experiment="weights",
         channels=(record.channel,),
-        time_s=record.apart_s,
+        time_s=record.time_s if record.timed else record.apart_s,
         readings=load_n[:, None],
         known={} if warmth is None else {"temperature_degc": warmth},
         block=record.session,
