@@ -118,7 +118,7 @@ def loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGues
             if not unlike(twice, others):
                 return _closest(twice, others), others
         if len(forces) == 1 and others:
-            why = "a force beside readings that are none"
+            why = "a force next to readings that are none"
             return [forces[0].as_quantity("load", "likely", why)], others
     pressures = [c for c in file.of("pressure") if c.values is not None]
     if not loads and len(pressures) == 1:
