@@ -308,7 +308,8 @@ def check_heading(
     if feet_m is not None:
         across = (feet_m[0] - feet_m[1])[good]
         off = [_off_across(heading, across) for heading in (yaw, np.radians(yaw))]
-        if off[0] < ACROSS_RAD < off[1]:
+        # one heading far from zero may lie across by chance, turns that the feet follow do not
+        if off[0] < ACROSS_RAD < off[1] and np.ptp(yaw) > 2.0 * np.pi:
             return []
         if off[0] >= ACROSS_RAD and off[1] <= IN_DEGREES * off[0]:
             return [_in_degrees(where, f"lies {off[0]:.2g} rad off the line across both feet")]

@@ -56,9 +56,8 @@ class ApplyOptions(CommandOptions):
     @classmethod
     def _as_of_1_0(cls, given: dict[str, object]) -> dict[str, object]:
         """`min_force_n` was called `least_force_n` in recipes of 1.0."""
-        old = {k: v for k, v in given.items() if k == "least_force_n"}
-        rest = {k: v for k, v in given.items() if k != "least_force_n"}
-        return {**rest, "min_force_n": old["least_force_n"]} if old else rest
+        old = {"min_force_n": given["least_force_n"]} if "least_force_n" in given else {}
+        return {k: v for k, v in given.items() if k != "least_force_n"} | old
 
 
 class DiagnoseOptions(CommandOptions):
@@ -340,11 +339,7 @@ class PoseCalibOptions(CommandOptions):
 
 
 class SimulateOptions(CommandOptions):
-    """``[simulate]`` of a recipe.
-
-    `com_height_m` is that of a NAO of the robot's mass where nothing is said, `scale_sd` and
-    `bias_sd_n` those of the nameplate.
-    """
+    """``[simulate]`` of a recipe; a CoM height and spreads not given follow from its robot."""
 
     experiment: Annotated[Kind | None, Flag(", ".join(get_args(Kind)) + ".")] = None
     effects: Annotated[

@@ -13,6 +13,7 @@ from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 
 _JOINED = re.compile(r"\s*(?:\+|&|and|plus|und|et|y|e)\s*", re.IGNORECASE)
 _TIMES = re.compile(r"(?<![\w.,])(\d{1,2})\s*[x×*]\s*$", re.IGNORECASE)
+_NEGATIVE = re.compile(r"-[\d.,]")
 _NOTHING = re.compile(
     r"(?:it'?s |all |is |still |again )*(?:empty|nothing|no (?:load|weights?)|none|zero|unloaded|"
     r"tare|tara|off|bare|leer|unbelastet|ohne last|vide|à vide|vuoto|scarico|vac[ií]o|vazio)"
@@ -26,7 +27,8 @@ def said_weight(text: str) -> list[tuple[float, str]] | None:
 
     Between two weights stands what joins them: of ``5 kg cell, 1 kg`` the sum is none.
     """
-    text = text.strip(" \t.,;:!*#-")
+    text = text.strip(" \t.,;:!*#")
+    text = text if _NEGATIVE.match(text) else text.strip("- ")
     if _NOTHING.fullmatch(text) or text == "0":
         return []
     found = list(IN_WORDS.finditer(text))

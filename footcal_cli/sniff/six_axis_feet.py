@@ -37,7 +37,7 @@ def in_series(file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[s
     return Plan(
         file, f"{len(names)} six-axis transducers, two in series in each of {len(pairs)} legs",
         "the forces in a leg change together, and no attitude, mass or motion of the body is "
-        "there", "likely", "pose-calib", "cells", entries,
+        "there", "likely", "pose-calib", "six_axis_feet", entries,
         options=(
             'fit = "series"', f"series = [{listed}]",
             f"quiet_s = {quiet_start_s(file, names):g}    # likely: then the forces move",

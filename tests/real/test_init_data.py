@@ -21,7 +21,7 @@ GUESSES = [
         {"cop_x_m": "plate_x_m_mean", "hole_y_m": "ref_y_m_mean"},
     ),
     (
-        "icub-four-ft/trial3_four_ft.csv", "pose-calib", "cells",
+        "icub-four-ft/trial3_four_ft.csv", "pose-calib", "six_axis_feet",
         {"left_foot_ft_fz_n": "left_foot_ft_fz", "right_leg_ft_tx_nm": "right_leg_ft_tx"},
     ),
     (
