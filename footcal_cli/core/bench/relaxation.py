@@ -69,32 +69,31 @@ def study_waiting(
     waits_s
         Waiting times to compare.
     """
-    holds = np.unique(hold[hold >= 0])
-    lengths = np.array([np.ptp(time_s[hold == h]) for h in holds])
+    rows = np.flatnonzero(hold >= 0)
+    rows = rows[np.argsort(hold[rows], kind="stable")]
+    holds = np.split(rows, np.flatnonzero(np.diff(hold[rows])) + 1) if rows.size else []
+    lengths = np.array([np.ptp(time_s[held]) for held in holds])
     long = np.flatnonzero(lengths >= _SHORTEST_HOLD_S)
-    loads = np.array([load_n[hold == h].mean() for h in holds[long]])
+    loads = np.array([load_n[holds[i]].mean() for i in long])
     if np.unique(np.round(loads, 6)).size < 2:
         return None
     shortest = float(lengths[long].min())
     waits = [wait for wait in waits_s if wait < shortest - _AVERAGED_S] + [shortest - _AVERAGED_S]
     lines = []
     for wait in waits:
-        readings = [_reading_after(time_s, reading, hold == holds[i], wait) for i in long]
+        readings = [_reading_after(time_s[holds[i]], reading[holds[i]], wait) for i in long]
         lines.append(np.polyfit(readings, loads, 1))
-    if level is not None and level.size == holds.size:
+    if level is not None and level.size == len(holds):
         waits.append(np.inf)
         lines.append(np.polyfit(level[long], loads, 1))
     scale, bias = np.array(lines).T
     return Waiting(np.array(waits), scale, bias, scale / scale[0] - 1.0, long.size)
 
 
-def _reading_after(
-    time_s: FloatArray, reading: FloatArray, held: np.ndarray, wait_s: float
-) -> float:
+def _reading_after(time_s: FloatArray, reading: FloatArray, wait_s: float) -> float:
     """Mean of the settled samples nearest to a waiting time after the load was put on."""
-    since, values = time_s[held] - time_s[held][0], reading[held]
-    distance = np.abs(since - wait_s)
-    return float(values[distance <= max(_AVERAGED_S, float(distance.min()))].mean())
+    distance = np.abs(time_s - time_s[0] - wait_s)
+    return float(reading[distance <= max(_AVERAGED_S, float(distance.min()))].mean())
 
 
 _GRID = 12
