@@ -94,13 +94,6 @@ class ContactRule:
     min_phase_s: float = 0.08
 
 
-CONTACT: Mapping[str, ContactRule] = {
-    "walk": ContactRule(), "stand": ContactRule(settle_s=0.5)
-}  # fmt: skip
-"""Rule by experiment. Between stances a foot is lifted and put down within a second, not a tenth:
-for some tenths after its load has fallen to `edge_share` it still carries something."""
-
-
 def detect_contact(
     foot_force_n: FloatArray, weight_n: float, rate_hz: float, rule: ContactRule | None = None
 ) -> FloatArray:

@@ -29,6 +29,12 @@ def test_of_few_blocks_each_is_a_fold() -> None:
     assert folds_of(np.zeros(5, dtype=np.int64), 12).tolist() == [0, 1, 2, 3, 4]
 
 
+def test_blocks_of_which_each_is_a_kind_of_its_own_are_not_all_left_out_at_once() -> None:
+    """Attitudes of one leg, of which none knows another's tilt."""
+    assert folds_of(np.arange(13), 12).max() == 11
+    assert folds_of(np.arange(6)[::-1], 3).tolist() == [0, 0, 1, 1, 2, 2]
+
+
 def test_a_look_alike_that_the_refit_surely_puts_behind_leads_to_the_same_cause() -> None:
     def excess(low: float) -> Compared:
         return Compared(Interval(low + 0.5, low, low + 1.0), 0.001, 0.4)

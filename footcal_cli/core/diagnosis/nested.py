@@ -120,7 +120,8 @@ def folds_of(kind: IntArray, most: int) -> IntArray:
     """Fold of each block: neighbours of a kind together, of every kind the same share in each.
 
     Neighbours of all kinds together would leave out a third of one cell's sessions at once, and
-    what was found with all of them is not found without so many.
+    what was found with all of them is not found without so many. Where each block is of a kind of
+    its own (attitudes, of which none knows another's tilt) neighbours are together.
 
     Parameters
     ----------
@@ -131,6 +132,8 @@ def folds_of(kind: IntArray, most: int) -> IntArray:
     """
     fold = np.zeros(kind.size, dtype=np.int64)
     folds = min(kind.size, most)
+    if np.unique(kind).size == kind.size:
+        return np.asarray((np.arange(kind.size) * folds) // max(kind.size, 1), dtype=np.int64)
     for number in np.unique(kind):
         mine = np.flatnonzero(kind == number)
         fold[mine] = (np.arange(mine.size) * folds) // mine.size

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.contact import CONTACT, airborne
+from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.blocks import cut_balanced
 from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
 from footcal_cli.core.effects import TABLE
@@ -50,7 +50,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     kind = session.options.experiment
     experiment = walk.EXPERIMENT if kind == "walk" else stand.EXPERIMENT
     least = session.recipe.robot.least_force_n
-    rule = MergeRule(delay_s=session.options.delay_s, min_force_n=least, contact=CONTACT[kind])
+    rule = MergeRule(delay_s=session.options.delay_s, min_force_n=least)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
     logs, steps, noises = [], [], []
     for recording in recordings:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.contact import CONTACT
 from footcal_cli.core.diagnosis.blocks import cut_balanced
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
@@ -43,8 +42,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     """
     kind, options = session.options.experiment, session.options
     experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS
-    rule = MergeRule(delay_s=options.delay_s, contact=CONTACT[kind])
-    recordings = read_recordings(session, rule, kind)
+    recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
     logs = [_cut(recording.merged.log, experiment) for recording in recordings]
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
