@@ -7,7 +7,7 @@ No derivative tells of it: a moment later changes no row until it passes one.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 _MOST_TIMES = 200
 _RARE = 0.01
@@ -68,6 +68,26 @@ def at_its_moment(
         return signature
     shape = {**dict(signature.shape), moment: float(times[best])}
     return replace(signature, shape=tuple(shape.items()))
+
+
+def nearest_moments(
+    table: Mapping[str, Effect], signatures: Sequence[Signature], after_s: float, before_s: float
+) -> IntArray:
+    """Signatures at the last moment tried before a time, and at the first one after another."""
+    found: dict[object, list[tuple[float, int]]] = {}
+    for i, signature in enumerate(signatures):
+        moment = _moment_of(table[signature.effect])
+        if moment is not None:
+            at = dict(signature.shape)[moment]
+            found.setdefault(signature.cause, []).append((at, i))
+    near = []
+    for tried in found.values():
+        tried.sort()
+        times = np.array([at for at, _ in tried])
+        first = max(int(np.searchsorted(times, after_s)) - 1, 0)
+        last = min(int(np.searchsorted(times, before_s)), times.size - 1)
+        near += [number for _, number in tried[first : last + 1]]
+    return np.array(near, dtype=np.int64)
 
 
 def moved(effect: Effect, signature: Signature, model: Refit) -> bool:

@@ -6,21 +6,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from scipy import stats
+
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import refitted_with
 from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
+from footcal_cli.core.diagnosis.jumps import largest_jump
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
+from footcal_cli.core.diagnosis.moments import nearest_moments
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import left_by, scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
+
+_RCOND = 1e-9
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,8 @@ class Path:
         what of it the names remove.
     pair
         Whether it began with two causes at once.
+    once
+        Whether its cause happened once, which no block repeats (`jumped`).
     """
 
     causes: tuple[Cause, ...]
@@ -52,6 +63,7 @@ class Path:
     start: float | None = None
     removed: float = 0.0
     pair: bool = False
+    once: bool = False
 
     @property
     def share(self) -> float:
@@ -103,6 +115,60 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
         start=start,
         removed=start - end,
     )
+
+
+def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
+    """The path whose cause is a jump of a channel at rest, where one surely jumps.
+
+    What happens once repeats in no block, and a calibration that drifts follows it soon: the
+    evidence is the jump itself, against how channels at rest usually move from swing to swing.
+
+    Parameters
+    ----------
+    subject, path
+        What is diagnosed, and a path without a cause.
+    seed
+        Of sign patterns.
+
+    Returns
+    -------
+    None where nothing surely jumps, or nothing of the table jumps there.
+    """
+    problem, lib, rules = subject.problem, path.rounds[0].library, path.rounds[0].rules
+    if not problem.drifts or len(subject.case.logs) > 1:
+        return None
+    jump = largest_jump(problem, left_by(problem.fitted, problem.residual, _RCOND))
+    if jump.p >= rules.alpha_small:
+        return None
+    start = float(subject.case.logs[0].time_s[0])
+    near = nearest_moments(
+        subject.table, problem.signatures, jump.after_s - start, jump.before_s - start
+    )
+    if not near.size:
+        return None
+    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates[near])
+    explained = found.score.sum(axis=0) * found.size
+    cause = replace(_cause(lib, int(near[np.argmax(explained)])), p=jump.p)
+    model = refitted_with(subject, [cause], None)
+    model = replace(model, intervals=_by_information(subject.bare(model, [cause]), model))
+    begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
+    return continued(subject, begun, model, seed)
+
+
+def _by_information(bare: Problem, model: Refit) -> tuple[Interval, ...]:
+    """95 % intervals of sizes of which one block knows all, so that blocks cannot show a scatter.
+
+    ``sd² = (H⁻¹)_ii`` with H the information of the whitened innovations.
+    """
+    scale = np.linalg.norm(model.columns, axis=0)
+    only = replace(bare.without_candidates, accepted=None)
+    grams, _ = whitened_grams(only, model.columns / scale, bare.law, counted=False)
+    columns = np.append(grams.calibration, grams.features)
+    total = grams.inner.part(columns, columns).sum(axis=0)
+    own = np.diag(scaled_inverse(total, _RCOND))[grams.calibration.size :]
+    half = stats.norm.isf(0.025) * np.sqrt(own) / scale
+    values = [model.values[name] for name in model.names]
+    return tuple(Interval(v, v - h, v + h) for v, h in zip(values, half, strict=True))
 
 
 def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | None:
