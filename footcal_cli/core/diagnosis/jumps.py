@@ -39,11 +39,14 @@ class Jump:
         By chance, of all that were looked at (Bonferroni).
     after_s, before_s
         Between which stamps of the problem it happened; not numbers where nothing rests.
+    usual
+        Sd by which that channel differs from one swing to the next, in its output's unit.
     """
 
     p: float = 1.0
     after_s: float = np.nan
     before_s: float = np.nan
+    usual: float = 0.0
 
 
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
@@ -75,10 +78,11 @@ def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
         for swing, step, own in zip(seen, steps, usual, strict=True):
             common = np.append(np.full(own.size - 1, cells), means)
             size = np.abs(step) / np.maximum(np.maximum(own, common), 1e-12)
-            at = int(np.argmax(size.max(axis=1))) + count
+            at, channel = (int(i) for i in np.unravel_index(np.argmax(size), size.shape))
             p = 2.0 * float(stats.t.sf(size.max(), _MEDIAN_EFFICIENCY * known))
             if p < found.p:
-                found = Jump(p, float(swing.time_s[at - 1]), float(swing.time_s[at]))
+                last, first = (float(t) for t in swing.time_s[at + count - 1 : at + count + 1])
+                found = Jump(p, last, first, float(swing.usual[channel]))
             tests += step.size / count
     return replace(found, p=min(1.0, tests * found.p)) if tests else found
 
@@ -96,12 +100,19 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
 class _Swings:
     """Means over each swing of one foot: of every channel, and of all together, (swings, c + 1).
 
-    With them the stamps at their middles, and what the converter's steps make.
+    With them the stamps at their middles, what the converter's steps make, and the unit of both.
     """
 
     mean: FloatArray
     time_s: FloatArray
     rounded: float
+    noise: float
+
+    @property
+    def usual(self) -> FloatArray:
+        """Sd of what differs from one swing to the next, in the output's unit, shape (c + 1,)."""
+        step = np.median(np.abs(np.diff(self.mean, axis=0)), axis=0)
+        return np.asarray(self.noise * np.maximum(_NORMAL * step, self.rounded))
 
 
 def _swings(problem: Problem, residual: FloatArray) -> Iterator[_Swings]:
@@ -128,7 +139,8 @@ def _swings(problem: Problem, residual: FloatArray) -> Iterator[_Swings]:
             rows = np.bincount(number)
             cells = np.stack([np.bincount(number, v) / rows for v in values], axis=1)[1:-1]
             middle = (np.bincount(number, time) / rows)[1:-1]
-            yield _Swings(np.column_stack([cells, cells.mean(axis=1)]), middle, least)
+            unit = float(problem.noise[problem.output == o][0])
+            yield _Swings(np.column_stack([cells, cells.mean(axis=1)]), middle, least, unit)
 
 
 def _differences(values: FloatArray, count: int) -> FloatArray:
