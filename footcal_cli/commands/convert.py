@@ -305,9 +305,11 @@ class _Span:
             yield piece
 
     def words(self) -> str:
+        from footcal_cli.formats.contract import seconds_each
+
         if self.time is None or self.first is None or self.last is None:
             return ""
-        scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3}.get(self.time.rsplit("_", 1)[-1], 1.0)
+        scale = seconds_each(self.time)
         length_s = (self.last - self.first) * scale
         rate = f", {(self.rows - 1) / length_s:.4g} Hz" if length_s > 0 else ""
         return f"  {self.first * scale:.9g} … {self.last * scale:.9g} s ({length_s:.6g} s{rate})"

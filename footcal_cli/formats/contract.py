@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footcal_cli.errors import missing_library
+from footcal_cli.tables.units import TIMES
 
 Array = NDArray[Any]
 Columns = dict[str, Array]
@@ -110,9 +111,13 @@ def with_unit(name: str, unit: str) -> str:
 
 def seconds(stamps: Array, column: str) -> NDArray[np.float64]:
     """Stamps in s since the first one, whatever unit the column's name says."""
-    scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3}.get(column.rsplit("_", 1)[-1], 1.0)
-    since: NDArray[np.float64] = (stamps - stamps[:1]).astype(np.float64) * scale
-    return since
+    since: NDArray[np.float64] = (stamps - stamps[:1]).astype(np.float64)
+    return since * seconds_each(column)
+
+
+def seconds_each(column: str) -> float:
+    """The unit of time at the end of a column's name, in s; 1 where there is none."""
+    return TIMES.get(column.rsplit("_", 1)[-1], 1.0)
 
 
 def time_column(names: tuple[str, ...]) -> str | None:

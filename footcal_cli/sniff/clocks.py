@@ -10,8 +10,8 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
-from footcal_cli.sniff.units import TIMES
 from footcal_cli.tables.canonical import unwrapped
+from footcal_cli.tables.units import TIMES
 
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
 _SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)

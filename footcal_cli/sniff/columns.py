@@ -36,13 +36,14 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.titles import said_by_names
-from footcal_cli.sniff.units import NO_READING, TIMES, known_unit
+from footcal_cli.sniff.units import NO_READING, known_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
+from footcal_cli.tables.units import TIMES
 
 _NICE_STEPS = 1e-6
 _DIFFERENT = 4

@@ -32,6 +32,7 @@ from footcal_cli.sniff.weights import (
     runs_across,
     weights,
 )
+from footcal_cli.tables.units import TIMES
 
 _TURNS = 0.5
 """In a table of one row per cell the next row is mostly of another."""
@@ -166,8 +167,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     entries.pop("repeat", None)
     seconds = np.arange(file.rows) / (rate or 100.0)
     if time and (stamped := file.of("time")[0]).values is not None:
-        scale = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}.get(stamped.unit or "s", 1.0)
-        seconds = (stamped.values - stamped.values[0]) * scale
+        seconds = (stamped.values - stamped.values[0]) * TIMES.get(stamped.unit or "s", 1.0)
     for column in file.of("other", "label"):
         if column.codes is None or not 0 < np.sum(column.codes >= 0) < file.rows:
             continue

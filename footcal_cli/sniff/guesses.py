@@ -12,8 +12,8 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.names import NameGuess, Quantity
 from footcal_cli.sniff.text import TextGuess
-from footcal_cli.sniff.units import TIMES
 from footcal_cli.tables.reading import Layout
+from footcal_cli.tables.units import TIMES
 
 Sure = Literal["sure", "likely", "guess"]
 

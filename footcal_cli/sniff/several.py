@@ -16,8 +16,8 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import without_silent_rows
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
+from footcal_cli.tables.units import TIMES
 
-_TO_S = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _LEAST_STEPS = 2
 _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
@@ -202,7 +202,7 @@ def _at_stamps(
 def _seconds(file: FileGuess) -> FloatArray | None:
     """Stamps of a log in s, shape (n,); None where they are dates."""
     column = file.of("time")[0]
-    return None if column.values is None else column.values * _TO_S.get(column.unit or "s", 1.0)
+    return None if column.values is None else column.values * TIMES.get(column.unit or "s", 1.0)
 
 
 def _offset(file: FileGuess, beside: FileGuess) -> tuple[float, str]:

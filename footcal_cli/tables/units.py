@@ -41,6 +41,9 @@ SPELLINGS = {
 }  # fmt: skip
 """Short spellings that are taken -> the unit in full."""
 
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+"""In s."""
+
 MEANT = {
     "gr": ("g (gram)", "grain"), "grs": ("g (gram)", "grain"), "gm": ("g (gram)",),
     "gms": ("g (gram)",), "G": ("g (gram)", "g0 (standard gravity)"),

@@ -4,40 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from footcal_cli.commands import option_tables
-from footcal_cli.core.body_stream import (
-    check_acceleration,
-    check_heading,
-    check_overlap,
-    check_quaternions,
-    check_saturation,
-)
 from footcal_cli.core.plausibility import check_shares
-from footcal_cli.recipe import Recipe, Robot, read_recipe
+from footcal_cli.recipe import Robot
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.session import calibration
 from footcal_cli.session.inspection import inspect
 from footcal_cli.session.request import inspect_record
 from footcal_cli.tables import columns
 from footcal_cli.tables.columns import TableType
-from footcal_cli.tables.table import Table, read_table, refusal_of
-from tests.conftest import REPOSITORY
-
-SAMPLES = REPOSITORY / "sample_data"
-Frame = pd.DataFrame
-G = 9.80665
-
-
-@cache
-def recipe(name: str) -> Recipe:
-    return read_recipe(REPOSITORY / "recipes" / f"{name}.toml", option_tables())
+from footcal_cli.tables.table import Table, refusal_of
+from tests.cli.inspected import SAMPLES, Frame, G, alarms, bent, clean, recipe, times
 
 
 def kinds(robot: Robot) -> list[TableType]:
@@ -49,20 +30,6 @@ def kinds(robot: Robot) -> list[TableType]:
     ]  # fmt: skip
     found += [columns.placements_table(cells)] if cells else []
     return found + ([columns.cells_table(robot.cell_names)] if robot.cell_names else [])
-
-
-@cache
-def clean(path: Path, kind: TableType, name: str) -> Table:
-    foreign = recipe(name).reading(path)
-    return read_table(path, kind, foreign, gravity_mps2=G)
-
-
-def bent(table: Table, change: Callable[[Frame], Frame]) -> Table:
-    return Table(change(table.data.copy()), table.path, "")
-
-
-def alarms(table: Table, kind: TableType, robot: Robot) -> set[str]:
-    return {f.code for f in inspect(table, kind, robot) if f.severity != "note"}
 
 
 @pytest.mark.parametrize(
@@ -100,122 +67,6 @@ def test_recordings_of_others_raise_nothing_but_what_they_have(
                 looked += 1
                 assert alarms(clean(path, kind, name), kind, robot) <= known, path.name
     assert looked >= 2
-
-
-def times(pattern: str, factor: float) -> Callable[[Frame], Frame]:
-    def change(log: Frame) -> Frame:
-        names = [c for c in log.columns if pattern in c]
-        assert names
-        return log.assign(**{c: factor * log[c] for c in names})
-
-    return change
-
-
-def gravity_in(log: Frame) -> Frame:
-    return log.assign(com_acc_z_mps2=log["com_acc_z_mps2"] + G)
-
-
-def other_frame(log: Frame) -> Frame:
-    return log.assign(com_x_m=log["com_x_m"] + 7.0)
-
-
-def in_degrees(log: Frame) -> Frame:
-    # a robot that looks to the left, as most headings in a laboratory are not 0
-    names = [c for c in log.columns if c.endswith("yaw_rad")]
-    return log.assign(**{c: np.degrees(log[c] + 1.0) for c in names})
-
-
-def imu(size: float) -> Callable[[Frame], Frame]:
-    def change(log: Frame) -> Frame:
-        noise = 0.01 * np.random.default_rng(0).standard_normal((len(log), 3))
-        return log.assign(**{f"imu_acc_{a}_mps2": noise[:, i] + size * (i == 2)
-                             for i, a in enumerate("xyz")})  # fmt: skip
-
-    return change
-
-
-@pytest.mark.parametrize(
-    ("change", "code"),
-    [
-        (times("time_s", 1e3), "stamps_not_seconds"),
-        (times("com_z_m", 1e3), "positions_not_metres"),
-        (times("_foot_y_m", 1e3), "positions_not_metres"),
-        (times("_z_m", -1.0), "z_points_down"),
-        (other_frame, "com_not_over_feet"),
-        (gravity_in, "acceleration_holds_gravity"),
-        (times("com_acc_", 1.0 / G), "acceleration_not_of_com"),
-        (times("com_acc_", 1e3), "acceleration_not_of_com"),
-        (times("com_acc_", -1.0), "acceleration_not_of_com"),
-        (in_degrees, "heading_not_radians"),
-        (imu(1.0), "imu_without_gravity"),
-        (imu(0.0), "imu_without_gravity"),
-        (imu(G), ""),
-    ],
-)
-def test_a_body_stream_in_other_units(change: Callable[[Frame], Frame], code: str) -> None:
-    kind = columns.body_table(("left", "right"))
-    table = clean(SAMPLES / "biped/walk_004_body.parquet", kind, "nao_walk")
-    assert alarms(bent(table, change), kind, recipe("nao_walk").robot) == ({code} - {""})
-
-
-def test_an_accelerometer_that_stops_at_its_range_is_seen_and_one_with_tails_is_not() -> None:
-    rng = np.random.default_rng(5)
-    acc = rng.normal(0.0, 0.3, (6000, 3))
-    for landing in range(50, 6000, 60):
-        acc[landing : landing + 3, 2] += 40.0 * rng.uniform(0.3, 1.2) * np.array([0.6, 1.0, 0.5])
-    (found,) = check_saturation(np.clip(acc, -2.0 * G, 2.0 * G), "imu_acc")
-    assert found.code == "acceleration_saturated"
-    assert "19.6" in found.sentence
-    assert not check_saturation(acc, "imu_acc")
-    steps = np.round(rng.standard_t(3, size=(6000, 3)) / 0.05) * 0.05
-    assert not check_saturation(steps, "imu_acc")
-
-
-def test_quaternions_with_w_first(real_data: Path) -> None:
-    yaw = np.linspace(-2.0, 2.0, 9)
-    upright = np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
-    assert not check_quaternions(upright, "foot")
-    (finding,) = check_quaternions(upright[:, [3, 0, 1, 2]], "foot")
-    assert finding.code == "quaternions_w_first"
-    assert check_quaternions(2.0 * upright, "foot")[0].code == "no_unit_quaternions"
-    # the ankle link of REEM-C has z forward, as its recipe says: nothing to say about that
-    robot, foreign = recipe("reemc_walking").robot, recipe("reemc_walking").reading(Path())
-    kind = columns.body_table(tuple(robot.feet))
-    table = read_table(real_data / "reemc-walking/14_1.csv", kind, foreign, gravity_mps2=G)
-    assert not alarms(table, kind, robot)
-    kind = columns.poses_table()
-    poses = clean(SAMPLES / "hexapod/poses.parquet", kind, "hexapod")
-    names = [f"body_q{a}" for a in "xyzw"]
-
-    def turned(log: Frame) -> Frame:
-        return log.assign(
-            **dict(zip(names, log[names[-1:] + names[:-1]].to_numpy().T, strict=True))
-        )
-
-    robot = recipe("hexapod").robot
-    assert alarms(bent(poses, turned), kind, robot) == {"quaternions_w_first"}
-
-
-def test_accelerations_are_compared_with_the_motion_whatever_delays_or_noise() -> None:
-    rng = np.random.default_rng(5)
-    time_s = np.arange(0.0, 20.0, 0.01)
-    phase = 2 * np.pi * 0.8 * time_s[:, None] + np.array([0.0, 1.0, 2.0])
-    com = 0.03 * np.sin(phase) + 0.002 * rng.standard_normal(phase.shape)
-    late = 2 * np.pi * 0.8 * (time_s[:, None] - 0.08) + np.array([0.0, 1.0, 2.0])
-    acceleration = -0.03 * (2 * np.pi * 0.8) ** 2 * np.sin(late)
-    acceleration += 0.2 * rng.standard_normal(phase.shape)
-    assert not check_acceleration(time_s, com, acceleration, G, "log")
-    assert check_acceleration(time_s, com, acceleration / G, G, "log")
-    # a robot that stands still shows nothing of its units
-    still = 0.0005 * rng.standard_normal(phase.shape)
-    assert not check_acceleration(time_s, still, 0.05 * rng.standard_normal(phase.shape), G, "log")
-
-
-def test_streams_of_different_days() -> None:
-    time_s = np.arange(0.0, 60.0, 0.01)
-    assert not check_overlap(time_s, time_s + 1.0, "cells", "body")
-    (finding,) = check_overlap(time_s, time_s + 86400.0 * 2, "cells", "body")
-    assert "2 days" in finding.sentence or "1.999 days" in finding.sentence
 
 
 CELLS = ("left_fl", "left_fr", "left_rl", "left_rr")
@@ -351,29 +202,6 @@ def test_weights_on_a_foot_against_the_calibration_of_its_cells(
     forces = scale * counts * np.array(turn) + bias
     found = check_shares(forces, cells, load * table.number("load_n"), calibrated=True)
     assert [f.code for f in found] == codes
-
-
-@pytest.mark.parametrize(("looks", "degrees", "found"), [(0.15, False, 0), (0.15, True, 1),
-                                                         (2.0, False, 0)])  # fmt: skip
-def test_headings_lie_across_the_line_from_foot_to_foot(
-    looks: float, degrees: bool, found: int
-) -> None:
-    """Steps of 5 cm with feet 10 cm apart turn that line by half a radian to either side."""
-    step = 0.05 * np.sin(np.arange(200) / 7.0)
-    ahead, aside = (np.array([np.cos(a), np.sin(a), 0.0]) for a in (looks, looks + np.pi / 2))
-    left, right = (np.outer(s * step, ahead) + s * 0.05 * aside for s in (1.0, -1.0))
-    yaw = np.full(200, np.degrees(looks) if degrees else looks)
-    assert len(check_heading(np.arange(200) / 50, yaw, "left_foot_yaw_rad", (left, right))) == found
-
-
-@pytest.mark.parametrize(("degrees", "found"), [(False, 0), (True, 1)])
-def test_a_robot_may_walk_in_circles(degrees: bool, found: int) -> None:
-    """Four turns in a minute are headings in radians, and the same ones in degrees are not."""
-    time_s = np.arange(0.0, 60.0, 0.02)
-    yaw = 8.0 * np.pi * time_s / 60.0
-    left = 0.1 * np.column_stack([-np.sin(yaw), np.cos(yaw), 0.0 * yaw])
-    written = np.degrees(yaw) if degrees else yaw
-    assert len(check_heading(time_s, written, "left_foot_yaw_rad", (left, -left))) == found
 
 
 def test_a_dead_cell_under_weights_on_a_foot_and_among_cells_loaded_together() -> None:

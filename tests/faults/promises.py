@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-_ACCOUNTED, _INSPECTION, _PLAUSIBLE = (
-    f"tests/cli/test_{name}.py" for name in ("accounted", "inspection", "plausibility")
+_ACCOUNTED, _BODY, _INSPECTION, _PLAUSIBLE = (
+    f"tests/cli/test_{name}.py"
+    for name in ("accounted", "inspection_body", "inspection", "plausibility")
 )
 _FOLDER, _GATES, _SHIPPED = (
     f"tests/cli/test_{name}.py" for name in ("run_folder", "gates", "shipped_pipeline")
@@ -37,13 +38,13 @@ PROMISES: tuple[tuple[str, str, str], ...] = (
      f"{_PLAUSIBLE}::test_forces_at_the_hips_against_what_they_support"),
     ("yaw in degrees, acceleration in g, CoM in mm, stamps in ms pass",
      "a finding with the likely unit",
-     f"{_INSPECTION}::test_a_body_stream_in_other_units"),
+     f"{_BODY}::test_a_body_stream_in_other_units"),
     ("quaternions with w first pass",
      "a finding",
-     f"{_INSPECTION}::test_quaternions_with_w_first"),
+     f"{_BODY}::test_quaternions_with_w_first"),
     ("streams of different days are merged",
      "a finding",
-     f"{_INSPECTION}::test_streams_of_different_days"),
+     f"{_BODY}::test_streams_of_different_days"),
     ("`check` overlooks end codes and 11 other faults of a log",
      "each is named; the table below counts them",
      "tests/cli/test_check.py::test_faults_of_a_walk_log_are_named"),

@@ -87,12 +87,6 @@ class FamilyTest:
     p: FloatArray
     null_max: FloatArray
 
-    def critical(self, alpha: float) -> float:
-        """Statistic that has to be exceeded at a family-wise level."""
-        if not self.null_max.size:
-            return np.inf
-        return float(np.quantile(self.null_max, 1.0 - alpha, method="higher"))
-
 
 def sign_flip_max_t(scores: FloatArray, signs: FloatArray) -> FamilyTest:
     """Family-wise sign-flip test: ``p_k = P(max_j T*_j ≥ T_k)``, signs shared by all candidates.
