@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import permutations, product
 
 import numpy as np
 
@@ -147,6 +148,17 @@ def gravity_in(rotations: FloatArray) -> FloatArray:
 
 _SMALL_ANGLE_RAD = 1e-4
 _EYE = np.eye(3)
+
+
+def axis_rotations() -> list[FloatArray]:
+    """The 24 rotations that turn axes into axes, shape (3, 3) each, none first."""
+    found = []
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+            if np.linalg.det(turn) > 0:
+                found.append(turn)
+    return found
 
 
 def skew(vector: FloatArray) -> FloatArray:

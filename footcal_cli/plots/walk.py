@@ -129,23 +129,13 @@ def plot_vgrf(
     return figure
 
 
-def plot_path(
-    found: Comparison,
-    method: str,
-    feet_m: Mapping[str, tuple[FloatArray, Sequence[tuple[float, float]]]],
-) -> Figure:
-    """CoP under both feet in the foot frames, with the support outline and the cells.
-
-    Parameters
-    ----------
-    feet_m
-        Foot -> positions of its cells (cells, 2) and its outline, in the foot frame.
-    """
+def plot_path(found: Comparison, method: str, feet: Mapping[str, FootOutline]) -> Figure:
+    """CoP under both feet in the foot frames, with the support outline and the cells."""
     cop_m = {
-        name: cop_in_foot(found, method, k, name, cells)
-        for k, (name, (cells, _)) in enumerate(feet_m.items())
+        name: cop_in_foot(found, method, k, name, foot.cells_m)
+        for k, (name, foot) in enumerate(feet.items())
     }
-    return plot_cop_in_feet(cop_m, {name: FootOutline(*shape) for name, shape in feet_m.items()})
+    return plot_cop_in_feet(cop_m, feet)
 
 
 def cop_in_foot(

@@ -192,7 +192,7 @@ class Logs:
             self._keep(piece, rows)
             said.append(inspect(piece, table, robot))
             rows += len(piece)
-            yield self._usable(piece)
+            yield piece
         self.note(over_pieces(said))
 
     def _usable(self, read: Table) -> Table:

@@ -9,11 +9,11 @@ import numpy as np
 
 from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.study.sensitivity import Sensitivity
 from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.intake.cell_effects import cells_in_feet
 from footcal_cli.plots import walk as plots
+from footcal_cli.plots.forces import FootOutline
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, number, plural, with_sd
@@ -210,9 +210,8 @@ def pictures_of(
 ) -> tuple[Picture, ...]:
     """All figures; CoP and force over `span_s`, or the last seconds."""
     track, memory = found.memory.track, found.memory
-    outlines = {name: foot.outline_m for name, foot in robot.feet.items()}
     feet = {
-        name: (cells, outlines[name])
+        name: FootOutline(cells, robot.feet[name].outline_m)
         for name, cells in zip(robot.feet, cells_in_feet(robot), strict=True)
     }
     judged = [m for m in SHOWN if m in found.replayed]
@@ -283,13 +282,11 @@ def _by_method(
     return f"RMS error: {', '.join(f'{m} {number(v, 3)} {unit}' for m, v in rms.items())}."
 
 
-def _paths(
-    found: Comparison, feet: Mapping[str, tuple[FloatArray, Sequence[tuple[float, float]]]]
-) -> str:
+def _paths(found: Comparison, feet: Mapping[str, FootOutline]) -> str:
     """How long the path of the CoP under each foot is."""
     spans = []
-    for k, (name, (cells, _)) in enumerate(feet.items()):
-        forward = 1e3 * plots.cop_in_foot(found, "memory", k, name, cells)[:, 0]
+    for k, (name, foot) in enumerate(feet.items()):
+        forward = 1e3 * plots.cop_in_foot(found, "memory", k, name, foot.cells_m)[:, 0]
         forward = forward[np.isfinite(forward)]
         if not forward.size:
             spans.append(f"{name} none")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.units import TIMES
 from footcal_cli.tables.canonical import unwrapped
 
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
@@ -171,10 +171,9 @@ def even(values: FloatArray) -> bool:
 
 def rate_of(columns: list[ColumnGuess]) -> float | None:
     """Rows per second by the stamps, None without any."""
-    scale: Mapping[str | None, float] = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600}
     for column in columns:
         if column.quantity == "time" and column.values is not None:
             steps = np.diff(column.values)
-            steps = steps[steps > 0] * scale.get(column.unit, 1.0) * column.name.factor
+            steps = steps[steps > 0] * TIMES.get(column.unit or "s", 1.0) * column.name.factor
             return float(1 / np.median(steps)) if steps.size else None
     return None

@@ -10,12 +10,11 @@ acceleration of the centre of mass, :math:`\sum_k Q_k R f_k = m (\ddot c - g)`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import permutations, product
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import rotation_of_quaternion, rpy_of_rotation
+from footcal_cli.core.spatial import axis_rotations, rotation_of_quaternion, rpy_of_rotation
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
 from footcal_cli.sniff.plan import Entry
 
@@ -54,7 +53,7 @@ def foot_mount(
         return None
     wanted = acceleration[good, :2] - acceleration[good, :2].mean(axis=0)
     found: list[tuple[float, FloatArray]] = []
-    for mount in _along_axes():
+    for mount in axis_rotations():
         parts = [np.einsum("nij,jk,nk->ni", rotation[k][good], mount, force[k][good]) for k in feet]
         whole = np.sum(parts, axis=0)
         mean = whole.mean(axis=0)
@@ -81,18 +80,6 @@ def mounted(feet: Mapping[str, Mapping[str, ColumnGuess]], body: Mapping[str, En
         f"transducer_rotation_rpy_rad = [{angles}]    # likely: so the forces point up and follow "
         "the CoM's acceleration"
     )
-
-
-def _along_axes() -> list[FloatArray]:
-    """The 24 rotations along axes, shape (3, 3) each."""
-    made = []
-    for order in permutations(range(3)):
-        for signs in product((1.0, -1.0), repeat=3):
-            matrix = np.zeros((3, 3))
-            matrix[range(3), order] = signs
-            if np.linalg.det(matrix) > 0:
-                made.append(matrix)
-    return made
 
 
 def _table(body: Mapping[str, Entry], names: list[str]) -> FloatArray | None:

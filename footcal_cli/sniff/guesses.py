@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.names import NameGuess, Quantity
 from footcal_cli.sniff.text import TextGuess
+from footcal_cli.sniff.units import TIMES
 from footcal_cli.tables.reading import Layout
 
 Sure = Literal["sure", "likely", "guess"]
@@ -108,9 +109,7 @@ def seconds_of(column: ColumnGuess) -> FloatArray | None:
     """A column of time in seconds, shape (n,); None where it holds neither numbers nor dates."""
     if column.values is None:
         return column.stamps
-    return column.values * {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}.get(
-        column.unit or "s", 1.0
-    )
+    return column.values * TIMES.get(column.unit or "s", 1.0)
 
 
 def codes_of(column: ColumnGuess) -> IntArray:

@@ -34,10 +34,11 @@ _ALSO = {
 GRAVITY_MPS2 = 9.80665
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
 """In kg."""
-TIMES = ("s", "ms", "us", "ns", "min", "h")
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+"""In s."""
 LENGTHS = ("m", "mm", "cm", "in", "ft")
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
-              "deg/s", "Hz", "rpm", "g0", *TIMES[1:])  # fmt: skip
+              "deg/s", "Hz", "rpm", "g0", *[unit for unit in TIMES if unit != "s"])  # fmt: skip
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""

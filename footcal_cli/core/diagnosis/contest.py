@@ -151,13 +151,24 @@ def decided(
         for other in tried
         if other.cause.signature.effect != mine.effect
     }
-    bent = rules.kindred_loss * gain
-    odds = _unfitted_odds(answer, mine.effect, noise, bent) | dict.fromkeys(near, 1.0)
-    odds |= {t.cause.signature.effect: odds_of(loss, t.loss, noise, bent) for t in tried}
-    odds |= dict.fromkeys(same, 1.0)
-    as_good = tuple(by_effect.values())
-    odds = {s.effect: odds.get(s.effect, 1.0) for s in as_good}
-    return replace(chosen, rivals=as_good, compared=compared, odds=odds), fitted
+    losses = {t.cause.signature.effect: t.loss for t in tried}
+    unfitted = _unfitted_losses(answer)
+
+    def odds(effect: str) -> float:
+        """Of what no comparison of losses rules out, or has no loss of its own, even ones."""
+        bent = rules.kindred_loss * gain
+        if effect in same:
+            return 1.0
+        if effect in losses:
+            return odds_of(loss, losses[effect], noise, bent)
+        if effect in near or not {effect, mine.effect} <= unfitted.keys():
+            return 1.0
+        return odds_of(unfitted[mine.effect], unfitted[effect], noise, bent)
+
+    return replace(
+        chosen, rivals=tuple(by_effect.values()), compared=compared,
+        odds={effect: odds(effect) for effect in by_effect},
+    ), fitted  # fmt: skip
 
 
 def _stricter(rules: Rules, settings: Settings | None) -> Rules:
@@ -235,18 +246,13 @@ def _as_good(answer: Diagnosis, gain: float) -> list[Signature]:
     ]  # fmt: skip
 
 
-def _unfitted_odds(answer: Diagnosis, mine: str, noise: Noise, form: float) -> dict[str, float]:
-    """Odds of effects against the named one by their signatures, where they explain most."""
-    gain, causes = answer.search.first.gain, answer.library.causes
-    best: dict[str, int] = {}
+def _unfitted_losses(answer: Diagnosis) -> dict[str, FloatArray]:
+    """Loss of each effect by its signature where it explains most, but for what all leave, (B,)."""
+    gain = answer.search.first.gain
+    found: dict[str, FloatArray] = {}
     for c in np.argsort(-gain.sum(axis=0), kind="stable"):
-        best.setdefault(causes[c][0], int(c))
-    if mine not in best:
-        return {}
-    # a loss but for what all of them leave
-    return {
-        name: odds_of(-gain[:, best[mine]], -gain[:, c], noise, form) for name, c in best.items()
-    }
+        found.setdefault(answer.library.causes[c][0], -gain[:, c])
+    return found
 
 
 def _in_other_forms(subject: Subject, cause: Cause) -> list[Cause]:

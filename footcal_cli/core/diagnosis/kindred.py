@@ -134,13 +134,18 @@ def likelier(best: FloatArray, other: FloatArray, noise: Noise, odds: float) -> 
         Below which the other one is out.
     """
     lost = other - best
-    scale = max(float(best.sum()) / noise.whitener.kept.size, 1.0)
+    scale = _scale(best, noise)
     total = float(lost.sum())
     least = total - max(float(lost.max(initial=0.0)), 0.0)
     if not least > 0.0:
         return False
     scatter = float(np.var(lost, ddof=1)) * lost.size / (4.0 * total)
     return total > float(-2.0 * np.log(odds)) * max(scale, scatter)
+
+
+def _scale(best: FloatArray, noise: Noise) -> float:
+    """Mean square that a model leaves per row, and no less than one."""
+    return max(float(best.sum()) / noise.whitener.kept.size, 1.0)
 
 
 def odds_of(best: FloatArray, other: FloatArray, noise: Noise, form: float = 0.0) -> float:
@@ -162,13 +167,12 @@ def odds_of(best: FloatArray, other: FloatArray, noise: Noise, form: float = 0.0
     spread = float(np.std(lost, ddof=1)) if lost.size > 1 else 0.0
     if not spread > 0.0:
         return 1.0
-    scale = max(float(best.sum()) / noise.whitener.kept.size, 1.0)
     t = float(lost.mean()) / spread * np.sqrt(lost.size)
     freedom = lost.size - 1
     by_sign = float(stats.t.logcdf(-t, freedom) - stats.t.logcdf(t, freedom))
     total = float(lost.sum())
     by_form = float(np.log(_OUT)) * total / form if form > 0.0 else -np.inf
-    surest = min(by_sign, -0.5 * total / scale, by_form, key=abs)
+    surest = min(by_sign, -0.5 * total / _scale(best, noise), by_form, key=abs)
     return float(np.exp(np.clip(surest, -_MOST, _MOST)))
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations, product
 from typing import TypeVar
 
 import numpy as np
@@ -27,7 +26,7 @@ from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import misfit_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.spatial import rotation_log
+from footcal_cli.core.spatial import axis_rotations, rotation_log
 
 SHARE_LEFT = 0.25
 """Share of the squared misfit that may be left when the right axis is turned back."""
@@ -161,18 +160,8 @@ _MISFIT = 0.1
 """Share of the squared forces and torques that tilts and a moving CoM may make up."""
 
 
-def _turns() -> list[FloatArray]:
-    """The 23 right-angled turns other than none, shape (3, 3) each."""
-    found = []
-    for order in permutations(range(3)):
-        for signs in product((1.0, -1.0), repeat=3):
-            turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
-            if np.linalg.det(turn) > 0 and not np.array_equal(turn, np.eye(3)):
-                found.append(turn)
-    return found
-
-
-TURNS = _turns()
+TURNS = axis_rotations()[1:]
+"""The 23 right-angled turns other than none, shape (3, 3) each."""
 
 
 def words_of(turn: FloatArray) -> str:

@@ -176,16 +176,14 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
 
 def _odds_lines(found: Investigation) -> list[str]:
     """How probable each effect of a set of rivals is."""
-    return [
-        "By blocks that no fit had seen, with all of them equally likely beforehand: "
-        + ", ".join(f"{words(n)} {_chance(p)}" for n, p in sorted(shares.items(), key=_last))
-        + "."
-        for shares in (f.cause.probability for f in found.found) if shares
-    ]  # fmt: skip
-
-
-def _last(item: tuple[str, float]) -> float:
-    return -item[1]
+    lines = []
+    for shares in (f.cause.probability for f in found.found if f.cause.rivals):
+        likeliest = sorted(shares, key=shares.__getitem__, reverse=True)
+        said = ", ".join(f"{words(name)} {_chance(shares[name])}" for name in likeliest)
+        lines.append(
+            f"By blocks that no fit had seen, with all of them equally likely beforehand: {said}."
+        )
+    return lines
 
 
 def _chance(p: float) -> str:
