@@ -61,6 +61,8 @@ class Recording:
         File name of the sensors' log.
     no_body, no_angular_momentum
         What the log came without.
+    temperature_degc
+        At the rows of the merged log, (n,); None where it was not recorded.
     """
 
     merged: Merged
@@ -69,6 +71,7 @@ class Recording:
     name: str
     no_body: bool
     no_angular_momentum: bool
+    temperature_degc: FloatArray | None = None
 
 
 def is_six_axis_robot(robot: Robot) -> bool:
@@ -153,9 +156,21 @@ def read_recordings(
             Recording(
                 merged, belief, feet, table.path.name, body is None,
                 body is None or "angmom_rate_x_nm" not in body,
+                _temperature(table, stream, merged),
             )
         )  # fmt: skip
     return found
+
+
+def _temperature(table: Table, stream: SensorStream, merged: Merged) -> FloatArray | None:
+    """Temperature at the rows of a merged log; it changes slowly."""
+    if "temperature_degc" not in table:
+        return None
+    shown = table.number("temperature_degc")
+    there = np.isfinite(shown) & np.isfinite(stream.time_s)
+    if not there.any():
+        return None
+    return np.interp(merged.log.time_s, stream.time_s[there], shown[there])
 
 
 def _checked_cells(

@@ -38,7 +38,8 @@ TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 """In s."""
 LENGTHS = ("m", "mm", "cm", "in", "ft")
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
-              "deg/s", "Hz", "rpm", "g0", *[unit for unit in TIMES if unit != "s"])  # fmt: skip
+              "deg/s", "Hz", "rpm", "g0", "bar",
+              *[unit for unit in TIMES if unit != "s"])  # fmt: skip
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""

@@ -17,7 +17,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments import walk, weights
 from footcal_cli.core.inference.case import Case, residual, rows_of
 from footcal_cli.core.inference.ideal import balanced
-from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.signatures import derivative, summed
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.parameters import Parameter, ParameterSet
 from footcal_cli.core.simulation.bench_logs import WeightsPlan, weights_logs
@@ -105,6 +105,12 @@ def names(found: Investigation) -> set[str]:
 
 def with_rivals(found: Investigation) -> set[str]:
     return names(found) | {r.effect for f in found.found for r in f.cause.rivals}
+
+
+def test_a_size_that_cancels_between_its_places_has_no_signature() -> None:
+    part = np.random.default_rng(0).normal(size=100)
+    assert not summed([part, part / 3.0 * -3.0 * (1.0 + 1e-15)]).any()
+    assert summed([part, 2.0 * part]) == pytest.approx(3.0 * part)
 
 
 def test_a_signature_is_what_a_small_effect_adds_to_the_residual() -> None:

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
-from footcal_cli.core.diagnosis.jumps import jump_p
+from footcal_cli.core.diagnosis.jumps import largest_jump
 from footcal_cli.core.inference.lines import Traces
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
@@ -62,7 +62,7 @@ def test_what_wanders_is_no_jump(family: str) -> None:
     rng = np.random.default_rng(1)
     least = 3.0 / np.sqrt(12.0) if family == "coarse" else 0.0
     problems = [walking(quiet(rng, family), least) for _ in range(150)]
-    p = np.array([jump_p(problem, problem.residual) for problem in problems])
+    p = np.array([largest_jump(problem, problem.residual).p for problem in problems])
     for level in (LEVEL, 0.05):
         assert np.sum(p < level) <= stats.binom.ppf(0.999, p.size, level)
 
@@ -75,7 +75,7 @@ def test_a_cable_that_pulls_in_three_spells_is_seen(cells: list[int]) -> None:
         pull[start:stop, :, cells] = -4.0
     values = quiet(rng, "white") + pull
     problem = walking(values)
-    assert jump_p(problem, problem.residual) < LEVEL
+    assert largest_jump(problem, problem.residual).p < LEVEL
 
 
 def test_channels_of_their_own_are_not_at_rest() -> None:
@@ -85,6 +85,6 @@ def test_channels_of_their_own_are_not_at_rest() -> None:
     problem = walking(values)
     assert problem.traces is not None
     alone = Traces(problem.traces.time_s, 0 * problem.traces.channel, ("fz",))
-    assert jump_p(problem, problem.residual) < LEVEL
-    assert jump_p(replace(problem, traces=alone), problem.residual) == 1.0
-    assert jump_p(replace(problem, traces=None), problem.residual) == 1.0
+    assert largest_jump(problem, problem.residual).p < LEVEL
+    assert largest_jump(replace(problem, traces=alone), problem.residual).p == 1.0
+    assert largest_jump(replace(problem, traces=None), problem.residual).p == 1.0

@@ -198,7 +198,7 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
     monkeypatch: pytest.MonkeyPatch, holds: tuple[bool, bool], verdict: Verdict, names: int
 ) -> None:
     case = walk_case(seed=0)
-    pair, single = (SimpleNamespace(causes=range(n)) for n in (2, 1))
+    pair, single = (SimpleNamespace(causes=range(n), once=False) for n in (2, 1))
     answers = [(pair, Verdict.NAMED, 0.99), (single, Verdict.AMBIGUOUS, 0.9)]
     kept = dict(zip((2, 1), holds, strict=True))
     monkeypatch.setattr(investigation, "problem_from", lambda *_: None)

@@ -7,16 +7,14 @@ from dataclasses import dataclass, field, replace
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
-from footcal_cli.core.diagnosis.engine import (
-    left_apart,
-)
+from footcal_cli.core.diagnosis.engine import left_apart, leftover
 from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.material import Nameless, nameless_of
 from footcal_cli.core.diagnosis.pairs import likely_pairs
-from footcal_cli.core.diagnosis.path import Path, beginning, grown, together
-from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.standing import Standing, standing
+from footcal_cli.core.diagnosis.path import Path, beginning, grown, jumped, together
+from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
+from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
 from footcal_cli.core.diagnosis.verdicts import CLEAR, NAMING, judged
@@ -99,6 +97,7 @@ class Investigation:
     share: float
     stable: float
     nameless: tuple[Nameless, ...] = ()
+    once: bool = False
 
 
 def investigate(
@@ -145,6 +144,8 @@ def investigate(
             none = Verdict.UNKNOWN if verdict is Verdict.NONE and large else verdict
             last = last or _without_name(subject, way, none, share)
             continue
+        if way.once:
+            return _named(subject, happened(subject, way, verdict))
         stands = standing(subject, way, verdict, share, rules, seed)
         if stands.holds(problem):
             return _named(subject, stands)
@@ -172,6 +173,7 @@ def _named(subject: Subject, stands: Standing) -> Investigation:
         share=stands.share,
         stable=stands.stable,
         nameless=_nameless(subject, path, beside=True),
+        once=path.once,
     )
 
 
@@ -202,6 +204,11 @@ def _searched(
 
     The next one counts where the one before does not hold without single blocks.
     """
+    once = jumped(subject, path, seed)
+    if once and not _jumps(once):
+        more = leftover(once.rounds[-1].before, rules)
+        yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
+        return
     path = grown(subject, path, rules, seed)
     strict = replace(rules, share_set=1.0)
     sized = _at_its_size(subject, path)
@@ -227,6 +234,12 @@ def _searched(
     if another:
         yield another
     yield (path, *judged(subject, path, rules, seed))
+
+
+def _jumps(path: Path) -> bool:
+    """Whether something still jumps beside the names of a path."""
+    last = path.rounds[-1]
+    return last.before.spell_p < last.rules.alpha_unknown * LEVEL_SHARE["spell"]
 
 
 def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:

@@ -7,6 +7,7 @@ next they move by little, and by as much at any time; a jump of many times that 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -28,8 +29,28 @@ largest tenth of all differences, not in half of them."""
 _MEDIAN_EFFICIENCY = 0.37  # of a median-based variance against the mean square
 
 
-def jump_p(problem: Problem, residual: FloatArray) -> float:
-    """The p of the largest jump of any channel at rest, and of their mean (Bonferroni).
+@dataclass(frozen=True)
+class Jump:
+    """The largest jump of what rests.
+
+    Parameters
+    ----------
+    p
+        By chance, of all that were looked at (Bonferroni).
+    after_s, before_s
+        Between which stamps of the problem it happened; not numbers where nothing rests.
+    usual
+        Sd by which that channel differs from one swing to the next, in its output's unit.
+    """
+
+    p: float = 1.0
+    after_s: float = np.nan
+    before_s: float = np.nan
+    usual: float = 0.0
+
+
+def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
+    """The largest jump of any channel at rest, and of their mean.
 
     Differences of neighbouring means over 1, 2 and 4 swings, over the usual difference: of this
     channel, of all channels or of the converter's steps, whichever is largest.
@@ -42,10 +63,11 @@ def jump_p(problem: Problem, residual: FloatArray) -> float:
         What is left, shape (m,).
     """
     swings = list(_swings(problem, residual))
-    rounded = max((r for _, r in swings), default=0.0)
-    least, tests = 1.0, 0.0
+    rounded = max((swing.rounded for swing in swings), default=0.0)
+    found, tests = Jump(), 0.0
     for count in SWINGS:
-        steps = [_differences(s, count) for s, _ in swings if len(s) >= 2 * count + _FEWEST]
+        seen = [s for s in swings if len(s.mean) >= 2 * count + _FEWEST]
+        steps = [_differences(s.mean, count) for s in seen]
         if not steps:
             continue
         usual = [_NORMAL * np.median(np.abs(step), axis=0) for step in steps]
@@ -53,13 +75,16 @@ def jump_p(problem: Problem, residual: FloatArray) -> float:
         means = _of_all(np.concatenate([step[:, -1] for step in steps]), 0.5 * rounded)
         # neighbouring differences share swings
         known = sum(step[:, :-1].size for step in steps) / (1.0 + 0.5 * count)
-        for step, own in zip(steps, usual, strict=True):
+        for swing, step, own in zip(seen, steps, usual, strict=True):
             common = np.append(np.full(own.size - 1, cells), means)
-            scale = np.maximum(np.maximum(own, common), 1e-12)
-            largest = float(np.max(np.abs(step) / scale))
-            least = min(least, 2.0 * float(stats.t.sf(largest, _MEDIAN_EFFICIENCY * known)))
+            size = np.abs(step) / np.maximum(np.maximum(own, common), 1e-12)
+            at, channel = (int(i) for i in np.unravel_index(np.argmax(size), size.shape))
+            p = 2.0 * float(stats.t.sf(size.max(), _MEDIAN_EFFICIENCY * known))
+            if p < found.p:
+                last, first = (float(t) for t in swing.time_s[at + count - 1 : at + count + 1])
+                found = Jump(p, last, first, float(swing.usual[channel]))
             tests += step.size / count
-    return min(1.0, tests * least) if tests else 1.0
+    return replace(found, p=min(1.0, tests * found.p)) if tests else found
 
 
 def _of_all(differences: FloatArray, rounded: float) -> float:
@@ -71,11 +96,29 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
     return max(usual, rounded)
 
 
-def _swings(problem: Problem, residual: FloatArray) -> Iterator[tuple[FloatArray, float]]:
-    """Mean over each swing: of every channel of a foot, and of all together, shape (swings, c + 1).
+@dataclass(frozen=True)
+class _Swings:
+    """Means over each swing of one foot: of every channel, and of all together, (swings, c + 1).
 
-    Channels that rest at the same times are one foot's. The first and the last one, in which a gait
-    begins and ends, are no step like the others. With it what the converter's steps make.
+    With them the stamps at their middles, what the converter's steps make, and the unit of both.
+    """
+
+    mean: FloatArray
+    time_s: FloatArray
+    rounded: float
+    noise: float
+
+    @property
+    def usual(self) -> FloatArray:
+        """Sd of what differs from one swing to the next, in the output's unit, shape (c + 1,)."""
+        step = np.median(np.abs(np.diff(self.mean, axis=0)), axis=0)
+        return np.asarray(self.noise * np.maximum(_NORMAL * step, self.rounded))
+
+
+def _swings(problem: Problem, residual: FloatArray) -> Iterator[_Swings]:
+    """Channels that rest at the same times are one foot's.
+
+    The first and the last swing, in which a gait begins and ends, are no step like the others.
     """
     if problem.traces is None or problem.rate_hz <= 0 or problem.settings is not None:
         return
@@ -87,14 +130,17 @@ def _swings(problem: Problem, residual: FloatArray) -> Iterator[tuple[FloatArray
         feet: dict[bytes, list[FloatArray]] = {}
         for c in own:
             rows = np.flatnonzero((channel == c) & (problem.output == o))
-            gap = np.diff(time_s[rows], prepend=time_s[rows[:1]]) * problem.rate_hz
-            number = np.cumsum(np.abs(gap) > _BROKEN)
-            mean = np.bincount(number, residual[rows]) / np.bincount(number)
-            feet.setdefault(time_s[rows].tobytes(), []).append(mean[1:-1])
+            feet.setdefault(time_s[rows].tobytes(), []).append(residual[rows])
         least = 0.0 if problem.least is None else float(problem.least[o])
-        for means in feet.values():
-            cells = np.stack(means, axis=1)
-            yield np.column_stack([cells, cells.mean(axis=1)]), least
+        for stamps, values in feet.items():
+            time = np.frombuffer(stamps)
+            gap = np.diff(time, prepend=time[:1]) * problem.rate_hz
+            number = np.cumsum(np.abs(gap) > _BROKEN)
+            rows = np.bincount(number)
+            cells = np.stack([np.bincount(number, v) / rows for v in values], axis=1)[1:-1]
+            middle = (np.bincount(number, time) / rows)[1:-1]
+            unit = float(problem.noise[problem.output == o][0])
+            yield _Swings(np.column_stack([cells, cells.mean(axis=1)]), middle, least, unit)
 
 
 def _differences(values: FloatArray, count: int) -> FloatArray:

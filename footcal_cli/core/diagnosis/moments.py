@@ -17,9 +17,10 @@ from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, GridOf
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.ideal import balanced
-from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.log import Log
@@ -52,22 +53,45 @@ def at_its_moment(
     times = _between_neighbours(max(subject.case.logs, key=len), np.unique([found, *known]), found)
     left = subject.problem if model is None else subject.bare(model, others)
     ideal = balanced(subject.case, subject.case.values) if model is None else model.ideal
-    size = next(p for p in effect.sizes if p.name == signature.parameter)
-    columns = [
-        derivative(
-            ideal, subject.rows, effect, size, dict(signature.owners),
-            {**dict(signature.shape), moment: float(time)},
-        )
+    tried = [
+        replace(signature, shape=tuple({**dict(signature.shape), moment: float(time)}.items()))
         for time in times
-    ]  # fmt: skip
-    grams, _ = whitened_grams(left.without_candidates, np.stack(columns, axis=1), left.law)
-    taken = [explained(grams, grams.calibration, one)[0] for one in grams.features[:, None]]
+    ]
+    taken = _explained(left, [_column(subject, ideal, at) for at in tried])
     best = int(np.argmax(taken))
     # of so many rows one explains that much more of noise alone
     if taken[best] - taken[0] <= float(stats.chi2.isf(_RARE / times.size, 1)):
         return signature
-    shape = {**dict(signature.shape), moment: float(times[best])}
-    return replace(signature, shape=tuple(shape.items()))
+    return tried[best]
+
+
+def best_at(subject: Subject, moment_s: float) -> Signature | None:
+    """What explains most of all that may begin at a time, s since the start; None without any."""
+    ideal, problem = balanced(subject.case, subject.case.values), subject.problem
+    placed: dict[object, Signature] = {}
+    for signature in problem.signatures:
+        moment = _moment_of(subject.table[signature.effect])
+        if moment is not None:
+            shape = {**dict(signature.shape), moment: moment_s}
+            placed[signature.cause] = replace(signature, shape=tuple(shape.items()))
+    tried = list(placed.values())
+    columns = [_column(subject, ideal, signature) for signature in tried]
+    taken = _explained(problem, columns) if columns else []
+    return tried[int(np.argmax(taken))] if taken else None
+
+
+def _column(subject: Subject, ideal: Case, signature: Signature) -> FloatArray:
+    """What a signature of size one adds to the residual, shape (m,)."""
+    effect = subject.table[signature.effect]
+    size = next(p for p in effect.sizes if p.name == signature.parameter)
+    owners, shape = dict(signature.owners), dict(signature.shape)
+    return derivative(ideal, subject.rows, effect, size, owners, shape)
+
+
+def _explained(problem: Problem, columns: Sequence[FloatArray]) -> list[float]:
+    """Squared residual in units of the noise that each column explains, beside what is fitted."""
+    grams, _ = whitened_grams(problem.without_candidates, np.stack(columns, axis=1), problem.law)
+    return [explained(grams, grams.calibration, one)[0] for one in grams.features[:, None]]
 
 
 def moved(effect: Effect, signature: Signature, model: Refit) -> bool:

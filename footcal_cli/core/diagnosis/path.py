@@ -6,21 +6,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from scipy import stats
+
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import refitted_with
 from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
+from footcal_cli.core.diagnosis.jumps import Jump, largest_jump
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
+from footcal_cli.core.diagnosis.moments import best_at
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
-from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import left_by, scaled_inverse
+from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
+
+_RCOND = 1e-9
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,8 @@ class Path:
         what of it the names remove.
     pair
         Whether it began with two causes at once.
+    once
+        Whether its cause happened once, which no block repeats (`jumped`).
     """
 
     causes: tuple[Cause, ...]
@@ -52,6 +63,7 @@ class Path:
     start: float | None = None
     removed: float = 0.0
     pair: bool = False
+    once: bool = False
 
     @property
     def share(self) -> float:
@@ -103,6 +115,58 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
         start=start,
         removed=start - end,
     )
+
+
+def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
+    """The path whose cause is a jump of a channel at rest, where one surely jumps.
+
+    What happens once repeats in no block, and a calibration that drifts follows it soon: the
+    evidence is the jump itself, against how channels at rest usually move from swing to swing.
+
+    Parameters
+    ----------
+    subject, path
+        What is diagnosed, and a path without a cause.
+    seed
+        Of sign patterns.
+
+    Returns
+    -------
+    None where nothing surely jumps, or nothing of the table jumps there.
+    """
+    problem, rules = subject.problem, path.rounds[0].rules
+    if not problem.drifts or len(subject.case.logs) > 1:
+        return None
+    jump = largest_jump(problem, left_by(problem.fitted, problem.residual, _RCOND))
+    if jump.p >= rules.alpha_small:
+        return None
+    # all that is known of the moment is that it lay between two swings
+    between = 0.5 * (jump.after_s + jump.before_s)
+    signature = best_at(subject, between - float(subject.case.logs[0].time_s[0]))
+    if signature is None:
+        return None
+    cause = _untested(signature, jump.p)
+    model = refitted_with(subject, [cause], None)
+    model = replace(model, intervals=_of_one_step(subject.bare(model, [cause]), model, jump))
+    begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
+    return continued(subject, begun, model, seed)
+
+
+def _of_one_step(bare: Problem, model: Refit, jump: Jump) -> tuple[Interval, ...]:
+    """95 % intervals of sizes of which one block knows all, so that blocks cannot show a scatter.
+
+    ``sd² = (H⁻¹)_ii`` with H the information of the whitened innovations, and no less than the
+    channel that jumped differs from one swing to the next.
+    """
+    scale = np.linalg.norm(model.columns, axis=0)
+    only = replace(bare.without_candidates, accepted=None)
+    grams, _ = whitened_grams(only, model.columns / scale, bare.law, counted=False)
+    columns = np.append(grams.calibration, grams.features)
+    total = grams.inner.part(columns, columns).sum(axis=0)
+    own = np.diag(scaled_inverse(total, _RCOND))[grams.calibration.size :]
+    half = stats.norm.isf(0.025) * np.maximum(np.sqrt(own) / scale, jump.usual)
+    values = [model.values[name] for name in model.names]
+    return tuple(Interval(v, v - h, v + h) for v, h in zip(values, half.tolist(), strict=True))
 
 
 def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | None:
@@ -169,11 +233,15 @@ def _best_fit(subject: Subject, causes: Sequence[Cause], models: tuple[Refit, Re
 def _cause(lib: Library, number: int) -> Cause:
     """A candidate as large as its score says, before any test."""
     found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates[[number]])
-    size, nothing = float(found.size[0]), Interval(0.0, 0.0, 0.0)
+    return _untested(lib.problem.signatures[number], 1.0, float(found.size[0]))
+
+
+def _untested(signature: Signature, p: float, size: float = 0.0) -> Cause:
+    nothing = Interval(0.0, 0.0, 0.0)
     return Cause(
-        signature=lib.problem.signatures[number],
+        signature=signature,
         size=Interval(size, size, size),
-        p=1.0,
+        p=p,
         gain=nothing,
         blocks_better=0,
         heterogeneity=0.0,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from footcal_cli.core.diagnosis.jumps import jump_p
+from footcal_cli.core.diagnosis.jumps import largest_jump
 from footcal_cli.core.inference.evidence import sign_flip_max_t
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
@@ -42,7 +42,7 @@ def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = N
     if problem.rate_hz <= 0 and _ORDER in problem.regressors:
         return _neighbours_p(problem, fitted)
     if problem.drifts:
-        return jump_p(problem, _left(problem.residual, fitted))
+        return largest_jump(problem, _left(problem.residual, fitted)).p
     if problem.rate_hz <= 0 or problem.settings is not None:
         return 1.0
     residual = residual_within_blocks(problem, _left(problem.residual, fitted))

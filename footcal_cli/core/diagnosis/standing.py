@@ -115,6 +115,13 @@ def standing(
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, departure)
 
 
+def happened(subject: Subject, path: Path, verdict: Verdict) -> Standing:
+    """An answer whose cause happened once: no block repeats it, so that none can confirm it."""
+    final = path.current
+    gains = gains_of(subject.problem, without_rivals(final, path.model), final.law)
+    return Standing(path, verdict, 1.0, gains, stable=1.0, p=path.causes[0].p)
+
+
 def _outdone(subject: Subject, path: Path, model: Refit, effects: Iterable[str]) -> list[str]:
     """Effects that surely predict left-out blocks worse in the place of the only cause."""
 

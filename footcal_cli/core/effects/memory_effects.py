@@ -255,13 +255,20 @@ BIAS_DRIFT = Effect(
 BIAS_JUMP = Effect(
     name="bias_jump",
     traits=(Trait.TIMED, Trait.MEMORY),
-    unseen_walking=DRIFT_TAKES_IT + "unload before and after the suspected moment",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
         EffectParameter("bias_jump", "N", 0.0, -100.0, 100.0, 0.5),
         EffectParameter(
-            "jump_time", "s", 20.0, 0.0, 1e6, 20.0, True, (5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
+            "jump_time",
+            "s",
+            20.0,
+            0.0,
+            1e6,
+            20.0,
+            True,
+            tuple(round(0.1 * k, 1) for k in range(1, 10)),
+            GridOf.SPAN,
         ),
     ),
     apply=on_readings(plus_since(_jump)),

@@ -28,6 +28,7 @@ _DIFFERENCE = 1e-4  # finite-difference step of the calibration, in its own step
 ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
+_ROUNDING = 1e-9  # of a column's largest part: what is left of a sum that cancels
 _CARRIED = 1.0  # RMS change in noise units of a whole swap: below it the axis carries nothing
 _PIECE = 128  # rows that are put side by side at once
 SWITCHES = having(Trait.SWITCH)
@@ -212,12 +213,19 @@ def effect_columns(
                 )  # fmt: skip
                 for of_each in (single, *far):
                     signatures.append(signature)
-                    columns.append(np.sum([of_each[m] for m in members], axis=0))
+                    columns.append(summed([of_each[m] for m in members]))
         if not kept:
             where, owners, _ = places(effect, units)[0]
             signatures.append(Signature(effect.name, size.name, where, size.unit, owners=owners))
             columns.append(np.zeros(rows.row.size))
     return signatures, columns
+
+
+def summed(columns: Sequence[FloatArray]) -> FloatArray:
+    """Sum of columns; zero where they cancel but for rounding, as legs that stand opposite do."""
+    total = np.sum(columns, axis=0)
+    largest = max(float(np.linalg.norm(column)) for column in columns)
+    return total if np.linalg.norm(total) > _ROUNDING * largest else np.zeros_like(total)
 
 
 def _alike(a: FloatArray, b: FloatArray) -> bool:

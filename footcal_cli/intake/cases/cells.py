@@ -63,6 +63,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
                 # insoles without a robot know no CoM at all; their weight still balances
                 good &= finite if finite.any() else True
         log = log.with_known(airborne=airborne(log.known["contact"]))
+        if recording.temperature_degc is not None:
+            log = log.with_known(temperature_degc=recording.temperature_degc)
         steps.append(steps_of(merged.raw))
         noises.append(noise_of_smoothed(merged.raw, log.readings, merged.rate_hz))
         if kind == "walk":

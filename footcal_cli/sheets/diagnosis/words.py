@@ -131,6 +131,8 @@ def gain_words(found: Investigation) -> str:
     gain = main_gain(found)
     if gain is None:
         return ""
+    if found.once:
+        return "It happened once, so that no other part of the log can confirm it"
     low, value, high = (100 * x for x in (gain.change.low, gain.change.value, gain.change.high))
     better, blocks = better_blocks(gain), len(gain.per_block)
     of = f"{blocks} blocks"
