@@ -16,6 +16,12 @@ TARED = 0.1
 """Residual with a second zero over the residual with one, below which the log was tared."""
 _TARED_SD, _TARED_ROWS = 20.0, 4
 
+_ROWS_OF_A_HOLD = 20
+_OF_THE_RANGE = 0.25
+"""How far a level lies from the lightest, of the farthest; how much that may scatter, of this."""
+_EMPTY = 0.1
+"""So many readings under a load that are of the unloaded cell are no glitches."""
+
 
 def check_stuck_reading(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
     """Find a cell whose reading stays exactly the same while its known load changes.
@@ -116,5 +122,54 @@ def check_tare(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Fin
             f"from row {at + 1} of {n} on, the readings differ by {jump:+.4g} counts from those "
             "under the same loads before: it looks tared or mounted anew",
             "say which rows belong together in a column `session`, or give two logs",
+        )
+    ]  # fmt: skip
+
+
+def _held_in_part(load: FloatArray, count: FloatArray) -> tuple[float, float] | None:
+    """A load of whose readings many are those of the lightest, and their share; None without.
+
+    A recording of a weight that is put on and taken off again: its readings lie nearer to those of
+    the lightest load than to the tenth of them that is farthest off. Levels that noise alone could
+    bring so near are not judged.
+    """
+    levels = np.unique(load)
+    light = count[load == levels[np.argmin(np.abs(levels))]]
+    if light.size < _ROWS_OF_A_HOLD:
+        return None
+    rest, noise = float(np.median(light)), float(np.ptp(np.percentile(light, [5, 95])))
+    away = {
+        float(level): np.abs(count[load == level] - rest)
+        for level in levels if np.sum(load == level) >= _ROWS_OF_A_HOLD
+    }  # fmt: skip
+    far = {level: float(np.percentile(off, 90)) for level, off in away.items()}
+    for level, off in away.items():
+        if far[level] < _OF_THE_RANGE * max(far.values()) or noise > _OF_THE_RANGE * far[level]:
+            continue
+        share = float(np.mean(off < 0.5 * far[level]))
+        if share > _EMPTY:
+            return level, share
+    return None
+
+
+def check_held(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
+    """Find a load under which many readings are of the unloaded cell.
+
+    Parameters
+    ----------
+    load_n, counts
+        Shape (n,).
+    """
+    good = np.isfinite(load_n) & np.isfinite(counts)
+    part = _held_in_part(load_n[good], counts[good]) if np.unique(load_n[good]).size > 1 else None
+    if part is None:
+        return []
+    return [
+        Finding(
+            "held_in_part", "alarm", channel,
+            f"{part[1]:.0%} of the readings under {part[0]:.4g} N are of the unloaded cell: the "
+            "weight lay there for a part of its rows",
+            "keep the rows in which it lay still, or record all weights one after another in one "
+            "log and say loads = \"0, …\" in [offline_fit.plateaus]",
         )
     ]  # fmt: skip

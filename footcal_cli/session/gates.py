@@ -18,7 +18,7 @@ from footcal_cli.report.outcome import Outcome
 
 UNTRUSTED = frozenset(
     {
-        "worse_than_before", "scale_off_nameplate", "dead_cell", "turned_sign",
+        "worse_than_before", "scale_off_nameplate", "dead_cell", "held_in_part", "turned_sign",
         "exchanged_channels", "duplicate_channel", "transducer_turned", "axis_turned",
         "negative_leg_weight", "forces_unexplained", "com_far", "loads_off_calibration",
         "leg_weight_off_recipe", "total_force_off_weight", "scale_out_of_reason",

@@ -81,6 +81,7 @@ def weights_findings(
     for name in names:
         at = channel == name
         found += quality.check_units_of_sessions(name, load[at], counts[at], session[at])
+        found += bench_rows.check_held(load[at], counts[at], str(name))
     return found + quality.check_repeats_across_channels(
         {n: counts[channel == n] for n in names}, {n: load[channel == n] for n in names}
     )

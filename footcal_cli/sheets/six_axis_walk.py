@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from footcal_cli.core.effects.transport import DELAY
+from footcal_cli.core.online.evidence import departures
+from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.replay import held
 from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
@@ -94,6 +96,13 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
             f"Weigh the robot: both feet ask for {with_sd(100 * heavier[0], 100 * heavier[1])} % "
             f"on their vertical forces, so it does not weigh {model}, or both transducers are off.",
         )
+    gone = scales_gone(found.track, found.rows.prior_sd)
+    if gone:
+        actions = (
+            *actions,
+            f"Do not use {', '.join(gone)}: no transducer is that far off. Check its calibration "
+            "matrix, or walk faster: noise of the readings pulls a scale whose axis hardly moves.",
+        )
     details += [
         f"{jump.name}: jumped by {with_sd(jump.size, jump.sd)} {_unit_of(jump.name)} at "
         f"{jump.onset_s:.2f} s, known {jump.found_s - jump.onset_s:.2f} s later."
@@ -104,12 +113,19 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
     known_of = found.merged.log.known
     small = after < POOR_SHARE * float(known_of["mass_kg"][0] * known_of["gravity_mps2"][0])
     return VerdictRecord(
-        level="good" if consistent and small and after < before and not sure else "warning",
+        level="good"
+        if consistent and small and after < before and not sure and not gone
+        else "warning",
         sentence=f"Total vertical force off by {number(before, 3)} → {number(after, 3)} N; "
         f"{known} of {len(found.estimates.names)} unknowns of the feet estimated.",
         actions=actions,
         details=tuple(details),
     )
+
+
+def scales_gone(track: Track, prior_sd: FloatArray) -> tuple[str, ...]:
+    """Scales that end outside of three prior sd by more than their own sd, (p,)."""
+    return tuple(one.name for one in departures(track, prior_sd) if ".scale_" in one.name)
 
 
 def _all_vertical_scales(found: SixAxisReplay) -> tuple[tuple[float, float], bool]:

@@ -73,12 +73,15 @@ def _whole(column: ColumnGuess) -> bool:
 def first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """A first column that increases evenly is time where no other is, whatever it is called.
 
-    Loads and labels, which may have been carried down from lines between, do not count.
+    Loads and labels, which may have been carried down from lines between, do not count; what alone
+    could be read beside a load is no time.
     """
     first = next((c for c in columns if c.quantity not in ("load", "label")), columns[0])
     values = first.values
+    read = [c for c in columns if c.quantity in ("reading", "unknown", "force") and c is not first]
     if (
         any(column.quantity == "time" for column in columns)
+        or (not read and any(column.quantity == "load" for column in columns))
         or first.quantity not in ("reading", "unknown", "hole")
         or values is None
         or not (increases(values) and even(values))

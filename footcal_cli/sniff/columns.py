@@ -36,7 +36,7 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.titles import said_by_names
-from footcal_cli.sniff.units import NO_READING, known_unit
+from footcal_cli.sniff.units import LOADS, NO_READING, known_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
@@ -52,6 +52,8 @@ _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
 _LEAST_SUMMARIES = 3
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
+_TICKS, _TICKING = 12, 0.7
+"""Rows in which no reading only ever increases, and how many of these steps are not none."""
 _COUNTS_UP_TO = 100
 """How far a column that numbers rows or poses may count, in rows."""
 
@@ -331,6 +333,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         if step == 1.0 and abs(values[0]) <= 1:
             return column.as_quantity("sequence", "likely", "counts its rows")
         return column.as_quantity("time", "likely", "increases evenly")
+    if column.quantity == "unknown" and column.column == "column_1" and _counter(values):
+        return column.as_quantity("other", "likely", "whole numbers that only ever increase")
     if column.quantity == "time" and not increases(values, strictly=False):
         if restarts(values):
             return column
@@ -338,11 +342,22 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
     return column
 
 
+def _counter(values: FloatArray) -> bool:
+    """Whether a first column without a name is a counter of ticks, some of them seen twice."""
+    if values.size < _TICKS or not np.isfinite(values).all():
+        return False
+    steps = np.diff(values)
+    whole = bool(np.all(values == np.round(values)) and steps.min() >= 0)
+    return whole and float(np.mean(steps > 0)) > _TICKING
+
+
 def _counted(column: ColumnGuess) -> ColumnGuess:
     """A column of few, round values is a load, where no other is."""
     values = column.values
     if values is None or column.quantity not in ("unknown", "reading") or values.size < 3:
         return column
+    if column.unit not in (None, "count", *LOADS):
+        return column  # of bars or degrees no load
     different = np.unique(values[np.isfinite(values)])
     largest = float(np.abs(different).max()) if different.size else 0.0
     round_ones = np.all(np.abs(different * 1000 - np.round(different * 1000)) < _NICE_STEPS)

@@ -34,6 +34,7 @@ from footcal_cli.sniff.weights import (
 )
 from footcal_cli.tables.units import TIMES
 
+_AXES = 6
 _TURNS = 0.5
 """In a table of one row per cell the next row is mostly of another."""
 
@@ -56,10 +57,10 @@ def plan_of(file: FileGuess) -> Plan | None:
     rig = known_wrench(file, six)
     if rig is not None:
         return rig
+    if why_not(file) is not None and not (six and not _a_matrix(file)):
+        return None
     if six:
         return transducers(file, six)
-    if why_not(file) is not None:
-        return None
     runs = runs_across(file, loads)
     if runs is not None and all(STATISTICS & {*words_of(c.column)} for c in cells):
         return runs
@@ -88,7 +89,20 @@ def _once(plan: Plan, loads: list[ColumnGuess]) -> Plan:
 
 def why_not(file: FileGuess) -> tuple[str, str] | None:
     """Why a log that is understood cannot be used as it is, and what to do; None otherwise."""
+    if _a_matrix(file):
+        return (
+            "six rows of six numbers without names: the matrix of a transducer, which is a "
+            "calibration already",
+            "give the log of its readings: under known loads, or of a tool in a dozen directions",
+        )
     axes = {c.name.axis for c in file.of("force")}
+    cops = {c.name.axis for c in file.of("cop")}
+    if {"x", "y"} <= cops and not axes and not loads_and_cells(file)[1] and not file.of("hole"):
+        return (
+            "a centre of pressure without the force that it belongs to",
+            "log the vertical force of the plate too (fz), or the readings of its cells; to check "
+            "a plate, the known points that were pressed (hole_x_m, hole_y_m)",
+        )
     feet = next((c.words for c in file.of("label") if len(c.words) > 1), ())
     if feet and {"fx", "fy", "fz"} <= axes and not {"tx", "ty", "tz"} & axes:
         columns = ", ".join(f"{foot}_fz" for foot in feet[:2])
@@ -143,6 +157,13 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "on known points (hole_x_m, hole_y_m)",
         )
     return None
+
+
+def _a_matrix(file: FileGuess) -> bool:
+    """Whether a log is the matrix of a six-axis transducer."""
+    numbers = [c for c in file.columns if c.values is not None]
+    plain = all(c.column.startswith("column_") for c in file.columns)
+    return plain and len(numbers) == len(file.columns) == file.rows == _AXES
 
 
 def _one_row_per_cell(file: FileGuess, cells: list[ColumnGuess]) -> list[str]:

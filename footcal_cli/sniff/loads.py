@@ -34,6 +34,8 @@ _EXPLAINED = 0.999
 _BENT, _ALL_BUT = 0.995, 0.02
 """What a load explains at most where another column belongs to it; what their product leaves."""
 _LEAST_ROWS, _AS_MANY = 6, 2
+_DIFFERENT = 4
+"""Loads in two units agree in so many by no chance."""
 _BARE = {"g": "g", "st": "stone", "stone": "stone"}
 """Names that are a unit of a load only beside one in another unit."""
 
@@ -97,7 +99,40 @@ def _in_newton(column: ColumnGuess) -> FloatArray:
 
 
 def loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGuess]]:
-    """Columns of known loads and of readings; one force beside counts is the reference."""
+    """Columns of known loads and of readings; a load that is written twice is no reading of it."""
+    loads, cells = _loads_and_cells(file)
+    twice = [c.column for c in cells if any(written_twice(load, c) for load in loads)]
+    if not twice:
+        return loads, cells
+    once = tuple(
+        c.as_quantity("other", "likely", "the load once more, in another unit")
+        if c.column in twice else c for c in file.columns
+    )  # fmt: skip
+    return _loads_and_cells(replace(file, columns=once))
+
+
+def written_twice(load: ColumnGuess, other: ColumnGuess) -> bool:
+    """Whether a column is a known load in another unit, to all the digits that are printed.
+
+    Mass times the acceleration of gravity as schools, firmwares and standards write it. What was
+    measured is not so exact in every row.
+    """
+    if load.unit not in LOADS or other.unit not in FORCES or load.unit == other.unit:
+        return False
+    put, read = numbers_of(load), numbers_of(other)
+    if put.size != read.size or np.unique(put[np.isfinite(put)]).size < _DIFFERENT:
+        return False
+    digits = next((d for d in range(7) if np.allclose(read, np.round(read, d), atol=1e-9)), 7)
+    for gravity in (GRAVITY_MPS2, 9.81, 9.8, 10.0):
+        one = conversion(load.unit, "N", gravity)(put)
+        two = conversion(other.unit, "N", gravity)(np.array([0.5 * 10.0**-digits, *read]))
+        if np.all(np.abs(one - two[1:]) <= two[0] * (1 + 1e-6) + 1e-9 * np.abs(one)):
+            return True
+    return False
+
+
+def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGuess]]:
+    """One force beside counts is the reference; of several loads, the one that was put on."""
     loads = [c for c in file.of("load") if c.values is not None and np.ptp(c.values[
         np.isfinite(c.values)]) > 0]  # fmt: skip
     cells = [c for c in readings(file) if c not in loads]

@@ -52,7 +52,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "pressure": "pressure druck pression",
     "other": "status state flag error err battery batt dropout valid quality rssi crc checksum "
     "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
-    "tracking min max peak tare tara validity",
+    "tracking min max peak tare tara validity throttle pwm duty pct percent rpm efficiency esc",
 }
 for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():

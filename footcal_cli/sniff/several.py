@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import DataError
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
@@ -168,7 +169,19 @@ def _texts_of(column: ColumnGuess) -> list[str]:
 
 
 def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
-    """A six-axis transducer, and the attitude from another log."""
+    """A six-axis transducer, and the attitude from another log.
+
+    Raises
+    ------
+    DataError
+        Neither has stamps, and both as many rows: they belong side by side.
+    """
+    if file.rows == beside.rows and not file.of("time") and not beside.of("time"):
+        raise DataError(
+            f"wrenches here, and as many attitudes in {beside.path.name}, neither with stamps",
+            file=file.path, remedy="put each attitude behind its wrench, in one table: "
+            "fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,body_qx,body_qy,body_qz,body_qw",
+        )  # fmt: skip
     if not (file.of("time") and beside.of("time")):
         return None
     offset, why = _offset(file, beside)

@@ -28,7 +28,13 @@ from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.delimited import before_power_was_lost, upright
 from footcal_cli.tables.drawn import TEX, is_rule, with_plain_numbers
-from footcal_cli.tables.foreign import READERS, is_of_cards, is_of_documents, kind_of_records
+from footcal_cli.tables.foreign import (
+    READERS,
+    is_of_cards,
+    is_of_documents,
+    is_one_message,
+    kind_of_records,
+)
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import regular_file, unreadable
 
@@ -100,6 +106,12 @@ def guess_text(path: Path) -> TextGuess:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
     if is_of_documents(text):
         raise _to_be_converted("messages as `ros2 topic echo` prints them", path)
+    if is_one_message(text):
+        raise DataError(
+            "one message as `ros2 topic echo` prints it: one reading determines nothing", file=path,
+            remedy="log for longer (ros2 topic echo --csv TOPIC > log.csv), the sensor under "
+            "several known weights or its tool in a dozen directions",
+        )  # fmt: skip
     if records := kind_of_records(text):
         raise _to_be_converted(f"records in {records}", path)
     begun = lines[:_ABOVE]
@@ -187,7 +199,10 @@ def _once_named(lines: list[str], body: Body) -> list[str]:
 
 def _ends(until: str, lines: list[str], body: Body) -> str:
     """What is said of a table that ends above a line: how many rows like its own it leaves out."""
-    at = next(i for i, x in enumerate(lines) if x.startswith(until) and i >= body.begins_at(lines))
+    at = next(
+        i for i, x in enumerate(lines)
+        if x.lstrip(" \t").startswith(until) and i >= body.begins_at(lines)
+    )  # fmt: skip
     lost = sum(body.is_row(line, whole=True) for line in lines[at:])
     return f"the table ends above '{until}'" + (f", {lost} rows below it are not read" * bool(lost))
 

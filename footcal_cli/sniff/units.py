@@ -36,7 +36,8 @@ MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e
 """In kg."""
 LENGTHS = ("m", "mm", "cm", "in", "ft")
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
-              "deg/s", "Hz", "rpm", "g0", *[unit for unit in TIMES if unit != "s"])  # fmt: skip
+              "deg/s", "Hz", "rpm", "g0", "bar",
+              *[unit for unit in TIMES if unit != "s"])  # fmt: skip
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""

@@ -28,6 +28,7 @@ from footcal_cli.sniff.plan import (
     reading_entry,
     times,
 )
+from footcal_cli.sniff.pressed import pressed_along
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
 from footcal_cli.sniff.which_cell import cell_column
@@ -90,8 +91,11 @@ def weights(
         if on is not None:
             return on
         labels = []  # with several readings in a row it is not the cell that they tell apart
-    following, idle = follow(load, cells)
-    why = "the load does not move it while others follow"
+    following, idle = pressed_along(load, cells)
+    why = "of the axes of one instrument another carries the load"
+    if not idle:
+        following, idle = follow(load, cells)
+        why = "the load does not move it while others follow"
     if still := [c for c in cells if not moves(c)]:
         following, idle, why = [c for c in cells if c not in still], still, "never changes"
     elif still := [c for c in cells if _last_bit(c, load)]:

@@ -196,7 +196,7 @@ def _lines(path: Path, layout: Layout) -> _Lines:
             continue
         if layout.comment and line.lstrip().startswith(layout.comment):
             continue
-        if layout.until and kept and line.startswith(layout.until):
+        if layout.until and kept and line.lstrip(" \t").startswith(layout.until):
             break
         if skip:
             skip -= 1

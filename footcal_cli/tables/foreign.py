@@ -98,19 +98,32 @@ def kind_of_records(text: str) -> str:
 
 
 def is_xml(text: str) -> bool:
-    """Whether a text begins with an element of XML or with what says so."""
-    return re.match(r"\s*<(?:\?xml\b|!--|[A-Za-z_][\w:.-]*[\s>/])", text) is not None
+    """Whether a text begins with an element of XML that some tag closes, or with what says so."""
+    begins = re.match(r"\s*<(?:\?xml\b|!--|[A-Za-z_][\w:.-]*[\s>/])", text)
+    return begins is not None and re.search(r"</|/>|<\?xml|<!--", text) is not None
 
 
 def without_braces(text: str) -> str:
     """Messages as `gz topic -e` prints them, in the form of `ros2 topic echo`.
 
-    ``force {`` becomes ``force:``, and the empty line between two messages ``---``.
+    ``force {`` becomes ``force:``, and the empty line between two messages ``---``. Messages
+    without a line between them, each of which begins with the same key, get one.
     """
+    key = re.match(r"\s*^([A-Za-z_]\w*:)[ \t]*$", text, re.MULTILINE)
+    if key and "\n---" not in text:
+        again = re.compile(rf"(?m)(?<=\n)(?={re.escape(key[1])}[ \t]*$)")
+        return again.sub("---\n", text) + "\n---\n" if again.search(text) else text
     if len(_BLOCK.findall(text[:20_000])) < _FEWEST_BLOCKS or not _CLOSED.search(text):
         return text
     plain = _CLOSED.sub("", _BLOCK.sub(r"\1\2:", text))
     return _BETWEEN.sub("\n---\n", plain)
+
+
+def is_one_message(text: str) -> bool:
+    """Whether a text is a single message of a force along three axes, its keys with colons."""
+    lines = [line for line in text.splitlines() if line.strip() and line.strip() != "---"]
+    keyed = all(re.match(r"\s*[A-Za-z_]\w*:(?:\s|$)", line) for line in lines)
+    return keyed and sum(line.strip().startswith("force:") for line in lines) == 1
 
 
 def is_of_documents(text: str) -> bool:

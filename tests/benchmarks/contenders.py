@@ -245,7 +245,7 @@ class _BareFilter:
         every = np.arange(k)
         self.h, self.noise = np.zeros((u, k, s)), np.zeros((u, k, k))
         for j in range(u):
-            self.h[j] = tuned.design(rows.h[j], every)
+            self.h[j] = tuned.design(j, rows.h[j], every)
             self.noise[j] = tuned.noise(j, rows.h[j], every)[0]
         self.valid = rows.valid.astype(np.uint8)
 

@@ -14,7 +14,7 @@ from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.leg_map import leg_map
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.spatial import rotation_log
-from footcal_cli.sheets.pose.mounting import findings
+from footcal_cli.sheets.pose.findings import findings
 from tests.core.pose_cases import Case, case
 from tests.core.six_axis_data import draw_robot
 
@@ -93,5 +93,7 @@ def test_a_com_elsewhere_is_named_with_its_place() -> None:
     truth = found.robot.chassis_com_b_m - geometry.chassis_com_b_m
     assert np.linalg.norm(truth) > 0.01
     assert np.abs((shared.com_b_m - truth) / shared.sd_m).max() < 3.5
-    codes = [one.code for one in findings(fit, leg_map(found.data, fit, found.noise_sd))]
-    assert "chassis_com_elsewhere" in codes
+    mapped = leg_map(found.data, fit, found.noise_sd)
+    for com_given, severity in ((True, "note"), (False, "warning")):
+        said = {one.code: one.severity for one in findings(fit, mapped, com_given=com_given)}
+        assert said["chassis_com_elsewhere"] == severity

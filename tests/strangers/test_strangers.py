@@ -8,6 +8,7 @@ import pytest
 
 from tests.conftest import Run
 from tests.strangers import (
+    eighteenth,
     eighth,
     eleventh,
     fifteenth,
@@ -104,6 +105,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "fifteenth",
         "sixteenth",
         "seventeenth",
+        "eighteenth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -111,6 +113,7 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
         "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
         "fifteenth": fifteenth.FIFTEENTH, "seventeenth": seventeenth.SEVENTEENTH,
+        "eighteenth": eighteenth.EIGHTEENTH,
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),

@@ -29,7 +29,6 @@ from footcal_cli.core.parameters import FloatArray
 
 TEMPERATURE_REFERENCE_DEGC = 25.0
 """Temperature at which scale and bias are stated."""
-_CUBIC_STEPS = 60
 LOADED = ("weights", "placements", "stand", "walk", "hang", "pose")
 """Experiments in which channels carry different known loads."""
 
@@ -48,17 +47,19 @@ def _cubic(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatA
 
 
 def _uncubic(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    cubic = theta["cubic"]
+    """``x = (2/k) sinh(asinh(3ky/2)/3)``, ``k = √(3c)``; sin and arcsin for a falling cubic.
+
+    Beyond its turning point a falling cubic has no inverse: the nearest load is taken.
+    """
+    cubic = np.broadcast_to(theta["cubic"], y.shape[1:])
     x = y.copy()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # beyond its turning point a falling cubic has no inverse: the nearest load is taken
-        top = np.where(np.asarray(cubic) < 0.0, 1.0 / np.sqrt(-3.0 * np.asarray(cubic)), np.inf)
-    for _ in range(_CUBIC_STEPS):
-        slope = np.maximum(1.0 + 3.0 * cubic * x**2, 0.1)
-        step = (x + cubic * x**3 - y) / slope
-        x = np.clip(x - step, -top, top)
-        if np.abs(step).max(initial=0.0) <= 1e-14 * (1.0 + np.abs(y).max(initial=0.0)):
-            break
+    for c in np.flatnonzero(cubic):
+        k = np.sqrt(3.0 * abs(cubic[c]))
+        third = 1.5 * k * y[:, c]
+        if cubic[c] > 0:
+            x[:, c] = 2.0 / k * np.sinh(np.arcsinh(third) / 3.0)
+        else:
+            x[:, c] = 2.0 / k * np.sin(np.arcsin(np.clip(third, -1.0, 1.0)) / 3.0)
     return x, state
 
 

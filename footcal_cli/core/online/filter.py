@@ -211,12 +211,13 @@ def run_settings(
     decay, drive = np.ones((b, s)), np.empty((b, s))
     for j in range(u):
         decay[:, p:] = np.exp(-interval[j] / tuned.slow_s)
+        decay[:, s - tuned.soles.renewed.shape[1] :] *= ~tuned.soles.renewed[j]
         drive[:, :p] = tuned.walk * interval[j] + opened[j]
         drive[:, p:] = tuned.slow * (1.0 - decay[:, p:] ** 2)
         means, covs = predict(means, covs, decay, drive)
         at = np.flatnonzero(rows.valid[j])
         if at.size:
-            h = tuned.design(rows.h[j], at)
+            h = tuned.design(j, rows.h[j], at)
             nu = -(rows.error[j, at] + means @ h.T)
             seen = innovate(covs, h, nu, tuned.noise(j, rows.h[j], at), huber)
             log_likelihood += seen.log_likelihood

@@ -70,6 +70,9 @@ def _rows_at(j: int, rows: int, given: Any, room: Any) -> None:
             out[i, m] = h[j, r, m]
         for m in range(given.fixed.shape[1]):
             out[i, p + m] = given.fixed[r, m]
+        for m in range(given.soles.shape[2]):
+            change = given.soles[j, r, m] if r < given.totals else 0.0
+            out[i, p + given.fixed.shape[1] + m] = change
         if own_start >= 0:
             for m in range(given.own.size):
                 out[i, own_start + m] = h[j, r, given.own[m]] * given.own_scale[m]
@@ -195,6 +198,7 @@ def filter_settings(
     x, cx = np.empty(s), np.empty((s, s))
     room = _room(k, s)
     decay, drive = np.ones(s), np.empty(s)
+    shifts = s - p - given.renewed.shape[1]
     for setting in range(b):
         x[:] = mean
         cx[:, :] = cov
@@ -206,6 +210,8 @@ def filter_settings(
                 drive[m] = walk[setting, m] * interval[j] + opened[j, m]
             for e in range(s - p):
                 d = np.exp(-interval[j] / given.slow_s[setting, e])
+                if e >= shifts and given.renewed[j, e - shifts]:
+                    d = 0.0
                 decay[p + e] = d
                 drive[p + e] = slow[setting, e] * (1.0 - d * d)
             _predict(x, cx, decay, drive)

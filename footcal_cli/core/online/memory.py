@@ -75,13 +75,14 @@ def within_band(rows: Rows, cutoff_hz: float) -> Rows:
     h, error, stamps = rows.h.copy(), rows.error.copy(), rows.per_stamp_s
     h[:, totals], error[:, totals] = filtered(h[:, totals]), filtered(error[:, totals])
     stamps = None if stamps is None else filtered(stamps)
+    soles = None if rows.soles is None else rows.soles.within(filtered)
     # near a gap and near the ends the filter sees what was put there
     gaps = np.pad(~whole, every, constant_values=True)
     around = np.convolve(gaps, np.ones(2 * every + 1), "valid") > 0.5
     kept = np.zeros(whole.size, dtype=bool)
     kept[every // 2 :: every] = True
     valid[:, totals] &= (kept & ~around)[:, None]
-    return replace(rows, h=h, error=error, per_stamp_s=stamps, valid=valid)
+    return replace(rows, h=h, error=error, per_stamp_s=stamps, valid=valid, soles=soles)
 
 
 def _held(values: FloatArray, good: BoolArray) -> FloatArray:

@@ -35,6 +35,8 @@ class Noise:
         Stationary sd of its correlated part.
     force_slow_s, moment_slow_s
         Correlation times of the correlated part.
+    sole_m
+        Sd of how far a sole stands from where the joints have it, drawn anew in each stance.
     jitter_s
         Sd of what the stamps of the body stream are wrong by, per block.
     swing_n
@@ -55,6 +57,7 @@ class Noise:
     moment_slow_nm: FloatArray | float = 0.03
     force_slow_s: FloatArray | float = 0.2
     moment_slow_s: FloatArray | float = 0.2
+    sole_m: FloatArray | float = 1e-3
     jitter_s: FloatArray | float = 1e-3
     swing_n: FloatArray | float = 0.1
     swing_slow_n: FloatArray | float = 0.05

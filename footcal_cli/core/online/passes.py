@@ -51,6 +51,8 @@ class Pass:
         interval = np.diff(rows.time_s, prepend=rows.time_s[0])
         decay, drive = np.ones((u, s)), np.empty((u, s))
         decay[:, p:] = np.exp(-interval[:, None] / tuned.slow_s[0])
+        renewed = tuned.soles.renewed
+        decay[:, s - renewed.shape[1] :][renewed] = 0.0
         drive[:, :p] = tuned.walk[0] * interval[:, None]
         drive[:, p:] = tuned.slow[0] * (1.0 - decay[:, p:] ** 2)
         open_biases(drive, rows, jumps)
@@ -136,7 +138,7 @@ def _by_arrays(
             found.ahead_mean[j], found.ahead_cov[j] = mean, cov
         at = np.flatnonzero(rows.valid[j])
         if at.size:
-            h = tuned.design(rows.h[j], at)
+            h = tuned.design(j, rows.h[j], at)
             nu = -(rows.error[j, at] + h @ mean)
             seen = innovate(cov, h, nu, tuned.noise(j, rows.h[j], at)[0], guards.huber)
             found.innovation[j, at], found.innovation_var[j, at] = nu, seen.variance
@@ -172,7 +174,10 @@ def _by_loops(
 
 
 class Given(NamedTuple):
-    """Rows and the noise of B settings as the loops take them; names as in `Rows` and `Tuned`."""
+    """Rows and the noise of B settings as the loops take them; names as in `Rows` and `Tuned`.
+
+    `soles`, `renewed`: columns and updates of `footcal_cli.core.online.soles.Soles`.
+    """
 
     h: FloatArray
     error: FloatArray
@@ -189,6 +194,8 @@ class Given(NamedTuple):
     slow_s: FloatArray
     white: FloatArray
     shared: FloatArray
+    soles: FloatArray
+    renewed: BoolArray
 
     @classmethod
     def of(cls, rows: Rows, tuned: Tuned) -> Given:
@@ -209,7 +216,9 @@ class Given(NamedTuple):
         return cls(
             np.ascontiguousarray(rows.h), np.ascontiguousarray(rows.error),
             np.ascontiguousarray(rows.valid), rows.totals, own_start=tuned.own_start,
-            own=tuned.own.astype(np.int64), seen=tuned.seen.astype(np.int64), **arrays,
+            own=tuned.own.astype(np.int64), seen=tuned.seen.astype(np.int64),
+            soles=np.ascontiguousarray(tuned.soles.columns),
+            renewed=np.ascontiguousarray(tuned.soles.renewed), **arrays,
         )  # fmt: skip
 
 

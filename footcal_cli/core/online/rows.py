@@ -26,6 +26,7 @@ from footcal_cli.core.online.reference_states import (
     reference_slopes,
     state_column,
 )
+from footcal_cli.core.online.soles import Soles
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.spatial import in_heading
 from footcal_cli.errors import DataError
@@ -61,6 +62,8 @@ class Rows:
         Noise of each channel's row against the first kind's, shape (k − totals,).
     total_sd_factor
         Noise of each total against that of its kind (force, moment), shape (totals,) or 1.
+    soles
+        Errors of where they stand; None where feet stand where they are said to.
     per_stamp_s
         Change of the totals' error per second that the body's stamps are wrong, (u, totals): where
         the body moves fast, jitter of its stamps is noise. None where stamps are exact.
@@ -84,6 +87,7 @@ class Rows:
     per_stamp_s: FloatArray | None = None
     own: IntArray | None = None
     total_sd_factor: FloatArray | float = 1.0
+    soles: Soles | None = None
 
     def __len__(self) -> int:
         return self.time_s.size
@@ -129,6 +133,7 @@ class Rows:
             valid=self.valid[cut],
             last_sample=self.last_sample[cut],
             per_stamp_s=None if self.per_stamp_s is None else self.per_stamp_s[cut],
+            soles=None if self.soles is None else self.soles.chosen(cut),
         )
 
 
@@ -189,6 +194,7 @@ def cell_rows(
         h[:, :, :-1] *= prior_sd
         parts.append(block_means(error, valid, h, samples_per_update))
     last = np.arange(1, blocks + 1) * samples_per_update - 1
+    loaded = log.with_readings(belief.forces(log.readings))
     return Rows(
         time_s=log.time_s[last],
         names=names,
@@ -204,6 +210,7 @@ def cell_rows(
         swing_sd_factor=np.ones(c),
         per_stamp_s=np.concatenate([p[0][:, : len(walk.CELL_TOTALS), -1] for p in parts]),
         own=np.arange(c, 2 * c),
+        soles=Soles.of(loaded, samples_per_update) if swing else None,
     )
 
 

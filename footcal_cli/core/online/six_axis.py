@@ -114,7 +114,7 @@ def six_axis_rows(
     blocks = updates_of(log, samples_per_update)
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
-    h = _columns(used, scales)[:, :, : len(names)]
+    h = _columns(used, scales, samples_per_update)[:, :, : len(names)]
     for state, column in _of_the_motion(used, scales).items() if walking else ():
         add(f"robot.{state}", state.removesuffix("_x").removesuffix("_y"))
         h = np.concatenate([h, column[:, :, None]], axis=2)
@@ -139,12 +139,12 @@ def six_axis_rows(
     )
 
 
-def _columns(log: Log, scales: bool) -> FloatArray:
-    """``∂error/∂unknown`` of every row, shape (n, k, p), in physical units."""
+def _columns(log: Log, scales: bool, size: int) -> FloatArray:
+    """``∂error/∂unknown`` of every row, shape (n, k, p), in physical units; `size` of a block."""
     known = log.known
     rot, pos = known["foot_rot_wt"], known["foot_pos_m"]
     n, feet = rot.shape[:2]
-    wrench = log.readings.reshape(n, feet, 6)
+    wrench = by_neighbours(log.readings, size).reshape(n, feet, 6)
     arms = pos - known["com_m"][:, None]
     totals = len(walk.SIX_AXIS_TOTALS)
     carriers = 6 * feet * 2 if scales else 6 * feet + 1
@@ -311,6 +311,23 @@ def _unloaded(log: Log) -> FloatArray:
             for k in range(wrench.shape[1])
         ]
     )
+
+
+def by_neighbours(readings: FloatArray, size: int) -> FloatArray:
+    """Readings as the blocks of `size` samples before and after have them, shape (n, c).
+
+    The regressor of a scale. A block's own reading would not do: its noise stands in the error as
+    well, and a scale regressed on it is pulled towards −1 by noise over reading, squared. That of
+    its neighbours is another noise (instrumental variables).
+    """
+    at = np.arange(len(readings))
+    before, after = readings[np.maximum(at - size, 0)], readings[np.minimum(at + size, at[-1])]
+    before, after = (
+        np.where((at < size)[:, None], after, before),
+        np.where((at + size > at[-1])[:, None], before, after),
+    )
+    mean = 0.5 * (before + after)
+    return np.where(np.isfinite(mean), mean, readings)
 
 
 def _total_of_axes(rot: FloatArray, arm: FloatArray) -> FloatArray:

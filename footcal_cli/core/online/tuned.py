@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.online.noise import Noise
 from footcal_cli.core.online.rows import Rows
+from footcal_cli.core.online.soles import Soles
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _LEAST_SHARE = 0.1
@@ -40,6 +41,8 @@ class Tuned:
         Change of each total per second of wrong stamps, shape (u, totals); (0, 0) for none.
     seen
         States that are the channels' slow noise, shape (c,) or (0,).
+    soles
+        The last correlated errors, which stay as they are until they are drawn anew.
     """
 
     walk: FloatArray
@@ -53,6 +56,7 @@ class Tuned:
     shared: FloatArray
     stamps: FloatArray
     seen: IntArray
+    soles: Soles
 
     @property
     def states(self) -> int:
@@ -61,11 +65,15 @@ class Tuned:
 
     def part(self, start: int, stop: int) -> Tuned:
         """The same for updates ``start:stop``."""
-        return replace(self, stamps=self.stamps[start:stop])
+        cut = slice(start, stop)
+        return replace(self, stamps=self.stamps[cut], soles=self.soles.chosen(cut))
 
-    def design(self, h: FloatArray, at: IntArray) -> FloatArray:
+    def design(self, update: int, h: FloatArray, at: IntArray) -> FloatArray:
         """H of the rows `at` of one update, from its h (k, p); shape (rows, s)."""
-        whole = np.concatenate([h[at], self.fixed[at]], axis=1)
+        change = self.soles.columns[update]
+        soles = np.zeros((len(h), change.shape[1]))
+        soles[: len(change)] = change
+        whole = np.concatenate([h[at], self.fixed[at], soles[at]], axis=1)
         if self.own_start >= 0:
             part = slice(self.own_start, self.own_start + self.own.size)
             whole[:, part] = h[at][:, self.own] * self.own_scale
@@ -137,6 +145,10 @@ def spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None = None) -> T
         fixed.append(adds)
     if rows.own is not None:
         white[:, totals:] = 0.0
+    soles = rows.soles or Soles.none(len(rows), totals)
+    shifts = np.tile(named["sole_m"][:, None], soles.renewed.shape[1])
+    slow = np.concatenate([slow, shifts], axis=1)
+    slow_s = np.concatenate([slow_s, np.full(shifts.shape, np.inf)], axis=1)
     return Tuned(
         walk=sd**2,
         slow=slow**2,
@@ -149,4 +161,5 @@ def spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None = None) -> T
         shared=np.stack([named["swing_n"], named["jitter_s"]], axis=1) ** 2,
         stamps=np.zeros((0, 0)) if rows.per_stamp_s is None else rows.per_stamp_s,
         seen=seen,
+        soles=soles,
     )

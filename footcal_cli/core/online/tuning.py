@@ -103,6 +103,8 @@ def learn_noise(
     rows = rows.chosen(spread_stretches(len(rows)))
     if rows.per_stamp_s is None:
         learnt = [name for name in learnt if name != "jitter_s"]
+    if rows.soles is None:
+        learnt = [name for name in learnt if name != "sole_m"]
     field_names = [f.name for f in fields(Noise)]
     lasting = np.array([name in _CORRELATION_TIMES for name in learnt], dtype=bool)
     at = np.array([field_names.index(name) for name in learnt])

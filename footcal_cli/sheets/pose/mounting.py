@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.common import common_shift, common_turn
+from footcal_cli.core.pose.common import CommonShift
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.departures import Departure, departures
 from footcal_cli.core.pose.joint import PoseFit
@@ -18,17 +18,24 @@ from footcal_cli.core.pose.selection import Candidate
 from footcal_cli.core.pose.slow_noise import SlowNoise
 from footcal_cli.core.pose.study import MountingStudy
 from footcal_cli.core.pose.wrenches import FootCalibration, foot_wrenches, robot_com_b_m
-from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.spatial import rotation_log
 from footcal_cli.plots import pose as plots
 from footcal_cli.records.results import RmseRecord, VerdictRecord
-from footcal_cli.report import Picture, number, with_sd
+from footcal_cli.report import Picture, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.feet import wrench_columns
 
 if TYPE_CHECKING:
     from footcal_cli.recipe.options import PoseCalibOptions
+from footcal_cli.sheets.pose.findings import (
+    BELIEF,
+    departure_findings,
+    disagreeing_directions,
+    findings,
+    shared_shift,
+    suspect_legs,
+)
 from footcal_cli.sheets.pose.mounting_tables import (
     candidate_sheet,
     common_sd,
@@ -38,13 +45,7 @@ from footcal_cli.sheets.pose.mounting_tables import (
     rmse_rows,
 )
 
-_SUSPECT_P = 1e-4
-_SUSPECT_SHARE = 0.1
 _NOISY = 1.5
-_BELIEF = {"robot.weight": "the recipe's mass"}
-"""Who believed in a quantity before the poses; all others are known from hanging."""
-_MOST_DEPARTURES = 4
-"""So many contradictions are reported; they have one cause, mostly."""
 
 
 def outcome_of(
@@ -69,10 +70,11 @@ def outcome_of(
     calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
     com = robot_com_b_m(calibration, data, calibration.leg_weight_n / data.robot_weight_n)
     contradicted = departures(fit, study.legs, data.robot_weight_n)
+    alike = None if "chassis_com_m" in options.model_fields_set else shared_shift(fit)
     dropped = () if study.dropped is None else (disagreeing_directions(study.dropped),)
     return Outcome(
         title=f"Standing calibration of {robot}",
-        verdict=verdict(study, stages, contradicted),
+        verdict=verdict(study, stages, contradicted, alike),
         pictures=_pictures(study, stages, com),
         sheets=(
             mounting_sheet(fit),
@@ -81,7 +83,8 @@ def outcome_of(
             prior_sheet(fit, study.legs),
         ),
         findings=(
-            *dropped, *findings(fit, study.mapped), *departure_findings(contradicted)
+            *dropped, *findings(fit, study.mapped, com_given=alike is None),
+            *departure_findings(contradicted),
         ),
         footer=footer(options.method, options.balance, options.errors_in_variables),
         rmse=RmseRecord(rows=rmse_rows(stages, study.held_out), rejected=dict(rejected)),
@@ -189,9 +192,16 @@ def pose_wrenches(data: PoseData, calibration: FootCalibration) -> dict[str, obj
 
 
 def verdict(
-    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure]
-) -> VerdictRecord:
-    """One sentence: what the sum of forces was off by, and is now on poses not used."""
+    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure],
+    alike: CommonShift | None = None,
+) -> VerdictRecord:  # fmt: skip
+    """One sentence: what the sum of forces was off by, and is now on poses not used.
+
+    Parameters
+    ----------
+    alike
+        The shift that all hips share, where nobody said where the CoM of the chassis lies.
+    """
     fit, held_out = study.fit, study.held_out
     before = root_mean_square(stages["before"][:, :3])
     alternated = bool(np.isnan(fit.covariance).any())
@@ -205,6 +215,7 @@ def verdict(
         f"Moments: {number(root_mean_square(stages['before'][:, 3:]), 2)} Nm before, "
         f"{number(moment, 2)} Nm now.",
         *common_words(fit),
+        *_place_words(alike),
         *slow_words(study.slow),
     ]
     suspects = suspect_legs(study.mapped, fit.geometry.legs)
@@ -224,8 +235,11 @@ def verdict(
             details=tuple(details),
         )
     if contradicted:
-        names = {_BELIEF.get(one.name, "hanging") for one in contradicted}
+        names = {BELIEF.get(one.name, "hanging") for one in contradicted}
         sentence = f"{sentence} The poses contradict {' and '.join(sorted(names))}."
+    unplaced = alike is not None and alike.stands_out
+    if unplaced:
+        sentence = f"{sentence} All hips are shifted alike, or the CoM of the chassis is elsewhere."
     noisy = fit.options.noise_known and fit.noise_factor > _NOISY
     actions: tuple[str, ...] = ()
     if noisy:
@@ -234,9 +248,9 @@ def verdict(
             "noise of the sensors, so something is not in the model.",
         )
     return VerdictRecord(
-        level="warning" if noisy or contradicted else "good",
+        level="warning" if noisy or contradicted or unplaced else "good",
         sentence=sentence,
-        actions=actions,
+        actions=(*actions, _GIVE_COM) if unplaced else actions,
         details=tuple(details),
     )
 
@@ -257,6 +271,23 @@ def common_words(fit: PoseFit) -> tuple[str, ...]:
     return (f"{known[0].upper()}{known[1:]} (one sd); more tilt of the body narrows it.",)
 
 
+_GIVE_COM = (
+    "Give chassis_com_m in [pose_calib], the CoM of the robot without its legs in the body frame, "
+    "from CAD or by balancing it: each shift is then a hip's own."
+)
+
+
+def _place_words(alike: CommonShift | None) -> tuple[str, ...]:
+    """How far all hips together may lie elsewhere where the CoM of the chassis is not known."""
+    if alike is None:
+        return ()
+    x, y, z = (number(1e3 * float(sd), 2) for sd in alike.sd_m)
+    return (
+        "Standing shows hips against the CoM of the chassis, and chassis_com_m is not given: a "
+        f"shift common to all hips may be that of the CoM, to ± {x}, {y}, {z} mm (x, y, z).",
+    )
+
+
 def slow_words(slow: SlowNoise) -> tuple[str, ...]:
     """What of the noise lasts from pose to pose, where any does."""
     if slow.share == 0.0:
@@ -265,101 +296,6 @@ def slow_words(slow: SlowNoise) -> tuple[str, ...]:
         f"{100 * slow.share:.0f} % of the noise's variance is drift that lasts about "
         f"{slow.memory_poses:.0f} poses; the intervals allow for it.",
     )
-
-
-def suspect_legs(mapped: LegMap, legs: Sequence[str]) -> list[str]:
-    """Legs whose own readings predict the residual, the worst one only."""
-    found = [
-        (share, leg)
-        for leg, share, p in zip(legs, mapped.share, mapped.p, strict=True)
-        if p < _SUSPECT_P and share > _SUSPECT_SHARE
-    ]
-    return [max(found)[1]] if found else []
-
-
-def findings(fit: PoseFit, mapped: LegMap) -> Iterator[Finding]:
-    """A leg that does not fit, poses that do not suffice, a turn that all mountings share."""
-    for k, leg in enumerate(fit.geometry.legs):
-        if leg in suspect_legs(mapped, fit.geometry.legs):
-            yield Finding(
-                "leg_predicts_residual", "warning", f"leg {leg}",
-                f"its own readings predict {100 * mapped.share[k]:.0f} % of the residual of the "
-                "balance",
-                "check gain, axes and channels of that transducer; run diagnose",
-            )  # fmt: skip
-    if fit.rank < fit.free:
-        yield Finding(
-            "rank", "warning", f"{fit.poses} poses",
-            f"they determine {fit.rank} of {fit.free} mounting errors; the rest rests "
-            "on priors and hanging logs",
-            "add poses with other shaft angles and body tilts (8 suffice for full rank)",
-        )  # fmt: skip
-    common = common_turn(rotation_log(fit.mounting.turn_b))
-    if common is not None and common.stands_out:
-        yield Finding(
-            "mountings_turned_alike", "note", "all legs",
-            f"{common.words}; a body frame tilted by its markers (body_tilt) looks "
-            "the same in every pose (mount_rotation)",
-            "put a spirit level on the chassis where the markers define its frame",
-        )  # fmt: skip
-    yield from _com_elsewhere(fit)
-
-
-def _com_elsewhere(fit: PoseFit) -> tuple[Finding, ...]:
-    """A shift that all hips share is named as that of the chassis' CoM."""
-    geometry, hip_sd = fit.geometry, fit.options.translation_sd_m
-    if not np.isfinite(hip_sd) or np.isnan(fit.covariance).any():
-        return ()
-    first = 3 * len(geometry.legs)
-    seen = np.array([common_sd(fit, first + axis) for axis in range(3)])
-    shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
-    shared = common_shift(shift, seen, hip_sd, min(fit.options.com_sd_m, 10.0))
-    if not shared.stands_out:
-        return ()
-    where = ", ".join(
-        with_sd(1e3 * value, 1e3 * sd)
-        for value, sd in zip(geometry.chassis_com_b_m + shared.com_b_m, shared.sd_m, strict=True)
-    )
-    metres = ", ".join(f"{v:.4f}" for v in geometry.chassis_com_b_m + shared.com_b_m)
-    return (
-        Finding(
-            "chassis_com_elsewhere",
-            "note",
-            "all legs",
-            "all hips are shifted alike, as if the CoM of the robot without its legs lay "
-            f"at ({where}) mm in the body frame; standing shows only hip minus CoM",
-            f"write chassis_com_m = [{metres}] into [pose_calib] if the CoM was not "
-            "measured: the shifts are then each hip's own",
-        ),
-    )
-
-
-def departure_findings(found: Sequence[Departure]) -> Iterator[Finding]:
-    """Where the poses contradict the scale or the hanging robot."""
-    for one in found[:_MOST_DEPARTURES]:
-        of_robot = one.name == "robot.weight"
-        said = _BELIEF.get(one.name, "hanging")
-        yield Finding(
-            "robot_weight_differs" if of_robot else "differs_from_hanging", "warning", one.name,
-            f"the poses say {with_sd(one.found, one.found_sd)} {one.unit}, {said} "
-            f"{with_sd(one.believed, one.believed_sd)} {one.unit}: {one.sigmas:.0f} sd apart",
-            "weigh the robot as it stood, with battery and cables; if the scale is "
-            "right, the transducers' gain is off"
-            if of_robot
-            else "hang the robot again and compare; an offset that moved since asks for "
-            "--fit offsets",
-        )  # fmt: skip
-
-
-def disagreeing_directions(fit: PoseFit) -> Finding:
-    """The hanging logs of different legs do not belong to one rigid robot."""
-    return Finding(
-        "hang_directions_disagree", "warning", "hanging logs",
-        "the legs' directions of gravity do not fit one rigid robot (χ² "
-        f"{fit.chi2_hang:.0f}); they are not used for the mounting",
-        "hang the whole robot at once for all legs, or check the transducers' axes "
-        "(orientation_of in hang-calib)",
-    )  # fmt: skip
 
 
 def footer(method: str, balance: str, errors_in_variables: bool) -> tuple[str, ...]:
