@@ -48,7 +48,7 @@ class BatchOptions(CommandOptions):
 
 _SHARED: dict[str, Any] = {
     "out": Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder to write, or to continue in.")
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder to write, or to continue in.")
     ],
 }
 _EXTRA: dict[str, Any] = {

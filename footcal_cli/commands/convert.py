@@ -72,7 +72,8 @@ def convert(
         typer.Option("--tolerance-s", help="Largest difference of joined time stamps, in seconds."),
     ] = None,
     out: Annotated[
-        Path, typer.Option("--out", metavar="FILE.parquet|DIR", help="File or folder to write.")
+        Path,
+        typer.Option("--out", "-o", metavar="FILE.parquet|DIR", help="File or folder to write."),
     ] = Path("out/convert"),
     overwrite: Overwrite = False,
     quiet: Quiet = False,

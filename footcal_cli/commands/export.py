@@ -46,7 +46,7 @@ def export(
         ),
     ] = None,
     recipe: RecipeFile = None,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="File to write.")] = Path(
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="File to write.")] = Path(
         "out/export"
     ),
     overwrite: Overwrite = False,

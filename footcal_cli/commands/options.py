@@ -65,7 +65,10 @@ _LAST: Mapping[str, tuple[Any, Any]] = {
         None,
     ),
     "out": (
-        Annotated[Path, typer.Option("--out", metavar="DIR", help="Run folder to write.")], ...,
+        Annotated[
+            Path, typer.Option("--out", "-o", metavar="DIR", help="Run folder to write.")
+        ],
+        ...,
     ),
     "overwrite": (Overwrite, False),
     "seed": (
