@@ -222,6 +222,7 @@ class NoiseOptions(Frozen):
     moment_slow_nm: Limit = None
     force_slow_s: Limit = None
     moment_slow_s: Limit = None
+    sole_m: Limit = None
     jitter_s: Limit = None
     swing_n: Limit = None
     swing_slow_n: Limit = None

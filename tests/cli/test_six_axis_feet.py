@@ -83,17 +83,24 @@ def test_a_body_stream_in_the_log_of_the_feet_need_not_be_named_twice(
 def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
     run: Run, tmp_path: Path
 ) -> None:
+    (tmp_path / "clean").mkdir()
+    clean = write_walk(tmp_path / "clean", 3, 20.0)
     log = write_walk(tmp_path, 3, 20.0, scale_matrix={"left.gain_fz": 0.05})
     recipe = tmp_path / "recipe.toml"
     known = extended(tmp_path, "scale_matrix", "left", "gain_fz", 0.05)
     errors = {}
-    for name, more in (("without", ()), ("with", ("--parameters", known))):
-        out = tmp_path / name
-        answer = run("online-replay", log, "--recipe", recipe, "--out", out, *more)
+    for name, read, more in (
+        ("clean", clean, ()),
+        ("without", log, ()),
+        ("with", log, ("--parameters", known)),
+    ):
+        out = tmp_path / f"out_{name}"
+        answer = run("online-replay", read, "--recipe", recipe, "--out", out, *more)
         assert answer.exit_code == 0, answer.err
         rows = read_record(RmseRecord, out / "rmse.json").rows
         errors[name] = next(r.rmse for r in rows if (r.quantity, r.stage) == ("vgrf", "memory"))
-    assert errors["with"] < 0.7 * errors["without"]
+    assert errors["with"] == pytest.approx(errors["clean"], rel=0.02)
+    assert errors["without"] > 1.2 * errors["clean"]
 
 
 @pytest.mark.usefixtures("drawn")
