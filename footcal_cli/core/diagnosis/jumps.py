@@ -39,14 +39,15 @@ class Jump:
         By chance, of all that were looked at (Bonferroni).
     after_s, before_s
         Between which stamps of the problem it happened; not numbers where nothing rests.
-    usual
-        Sd by which that channel differs from one swing to the next, in its output's unit.
+    usual, unit
+        Sd by which that channel differs from one swing to the next, and its output's unit.
     """
 
     p: float = 1.0
     after_s: float = np.nan
     before_s: float = np.nan
     usual: float = 0.0
+    unit: str = ""
 
 
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
@@ -82,7 +83,7 @@ def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
             p = 2.0 * float(stats.t.sf(size.max(), _MEDIAN_EFFICIENCY * known))
             if p < found.p:
                 last, first = (float(t) for t in swing.time_s[at + count - 1 : at + count + 1])
-                found = Jump(p, last, first, float(swing.usual[channel]))
+                found = Jump(p, last, first, float(swing.usual[channel]), swing.unit)
             tests += step.size / count
     return replace(found, p=min(1.0, tests * found.p)) if tests else found
 
@@ -100,13 +101,15 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
 class _Swings:
     """Means over each swing of one foot: of every channel, and of all together, (swings, c + 1).
 
-    With them the stamps at their middles, what the converter's steps make, and the unit of both.
+    With them the stamps at their middles, what the converter's steps make, and the assumed noise
+    in whose units both are.
     """
 
     mean: FloatArray
     time_s: FloatArray
     rounded: float
     noise: float
+    unit: str
 
     @property
     def usual(self) -> FloatArray:
@@ -139,8 +142,10 @@ def _swings(problem: Problem, residual: FloatArray) -> Iterator[_Swings]:
             rows = np.bincount(number)
             cells = np.stack([np.bincount(number, v) / rows for v in values], axis=1)[1:-1]
             middle = (np.bincount(number, time) / rows)[1:-1]
-            unit = float(problem.noise[problem.output == o][0])
-            yield _Swings(np.column_stack([cells, cells.mean(axis=1)]), middle, least, unit)
+            yield _Swings(
+                np.column_stack([cells, cells.mean(axis=1)]), middle, least,
+                float(problem.noise[problem.output == o][0]), problem.units[o],
+            )  # fmt: skip
 
 
 def _differences(values: FloatArray, count: int) -> FloatArray:
