@@ -29,26 +29,6 @@ def pictures_of(
     seed: int,
 ) -> tuple[Picture, ...]:
     """All figures of one investigation."""
-    if found.once:
-        first = Picture(
-            "jump",
-            lambda: jump.plot_jump(found),
-            jump.JUMP_CAPTION,
-            title="The channel in the air, swing by swing",
-            result=lambda: jump.in_words(found),
-        )
-        return (first, *_of_repeats(found, table, moved, menu, seed)[2:])
-    return _of_repeats(found, table, moved, menu, seed)
-
-
-def _of_repeats(
-    found: Investigation,
-    table: Mapping[str, Effect],
-    moved: tuple[Movement, ...],
-    menu: Menu | None,
-    seed: int,
-) -> tuple[Picture, ...]:
-    """What shows something that repeats from block to block; the residual and its line-up first."""
     drawn = [
         Picture(
             "residual_against_driver",
@@ -105,4 +85,14 @@ def _of_repeats(
             result=lambda: null.in_words(found),
         )
     )
+    if found.once:
+        # nothing that repeats with a signal, nor from block to block
+        once = Picture(
+            "jump",
+            lambda: jump.plot_jump(found),
+            jump.JUMP_CAPTION,
+            title="The channel in the air, swing by swing",
+            result=lambda: jump.in_words(found),
+        )
+        drawn[:2] = [once]
     return tuple(drawn)
