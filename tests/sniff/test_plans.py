@@ -32,7 +32,7 @@ def test_a_displacement_or_a_temperature_is_no_reading(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("names", "how"),
-    [("a,b,c", "guess"), ("left_fl,left_fr,left_rl", "likely"), ("F1 [N],F2 [N],F3 [N]", "likely")],
+    [("M,d,e", "guess"), ("left_fl,left_fr,left_rl", "likely"), ("F1 [N],F2 [N],F3 [N]", "likely")],
 )
 def test_numbers_that_nothing_calls_readings_are_a_guess(
     tmp_path: Path, names: str, how: str
