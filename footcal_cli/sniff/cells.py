@@ -51,6 +51,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
         "nothing says how many newtons a count is; or give --parameters of a bench calibration",
     )  # fmt: skip
+    doubt = [] if any(said_to_be_cells(c) for c in cells) else [UNNAMED]
     body = body_entries(file) if file.of("com") else {}
     forces = all(c.unit in FORCES for c in cells)
     plates = [] if forces else [plate]
@@ -59,11 +60,24 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         file,
         f"{len(cells)} load cells in time: standing or walking"
         + (", with the body's motion" if body else ""),
-        f"a wide table of {len(cells)} readings" + (" and time" if time else ""), "likely",
+        f"a wide table of {len(cells)} readings" + (" and time" if time else ""),
+        "guess" if doubt else "likely",
         "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
         rate_hz=rate, robot=(*upright(file, body), *tables),
-        blanks=(MASS, *positions, *plates, *blanks),
+        blanks=(*doubt, MASS, *positions, *plates, *blanks),
     )  # fmt: skip
+
+
+UNNAMED = Blank(
+    ("# keep only readings of load cells in [columns] below",),
+    "nothing in the log says that its numbers are readings of load cells",
+)
+
+
+def said_to_be_cells(column: ColumnGuess) -> bool:
+    """Whether a name, a unit or whole counts say that a column is the reading of a load cell."""
+    named = column.quantity in ("reading", "force") or column.name.side or column.name.place
+    return bool(named or column.counts or column.unit in FORCES)
 
 
 def _in_newton(cell: ColumnGuess) -> ColumnGuess:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.sniff.cells import cells_in_time, toml_key
+from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
 from footcal_cli.sniff.groups import channel_names, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.holds import blank_loads, typed_loads
@@ -204,10 +204,12 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
                 options=loads,
                 blanks=tuple(blanks),
             )  # fmt: skip
+    doubt = () if said_to_be_cells(cell) else (UNNAMED,)
     return Plan(
-        file, "one cell alone, without a load", "one column of readings", "likely",
+        file, "one cell alone, without a load", "one column of readings",
+        "guess" if doubt else "likely",
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
-        blanks=(blank_loads(seconds, numbers_of(cell)), *blanks),
+        blanks=(*doubt, blank_loads(seconds, numbers_of(cell)), *blanks),
     )  # fmt: skip
 
 

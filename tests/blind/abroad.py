@@ -149,6 +149,20 @@ def _hearing(share: float) -> Distort:
     return lambda time_s, loads: foreign.neighbour_crosstalk(loads, share, FEET_OF)
 
 
+def _jumped(rng: Rng, share: float, seconds: float) -> Distort:
+    """A tugged cable: a fifth of the jump of one cell comes slowly after it."""
+    cell, sign = int(rng.integers(8)), rng.choice([-1.0, 1.0])
+    when_s = rng.uniform(0.2, 0.8) * seconds
+
+    def distort(time_s: Array, loads: Array) -> Array:
+        since = np.maximum(time_s - when_s, 0.0)
+        settled = np.where(time_s >= when_s, 1.0 - 0.2 * np.exp(-since / 3.0), 0.0)
+        jump = sign * share * np.percentile(loads, 99.5)
+        return _on(loads, np.array([cell]), lambda x: x + jump * settled[:, None])
+
+    return distort
+
+
 def _bypassed(share: float) -> Distort:
     def distort(time_s: Array, loads: Array) -> Array:
         total = max(float(loads[:, cells].sum(axis=1).max()) for cells in FEET_OF)
@@ -341,6 +355,7 @@ _ON_FEET: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
     ("walk", "hysteresis", ("hysteresis",), _felt(_walking, lambda r: _loop(r, 0.07))),
     ("walk", "crosstalk", ("crosstalk",), _felt(_walking, lambda r: _hearing(0.05))),
     ("walk", "curve", CURVES, _felt(_walking, lambda r: _bent(r, 0.1))),
+    ("walk", "jump", ("bias_jump",), _felt(_walking, lambda r: _jumped(r, 0.05, SECONDS))),
     ("walk", "bypass", ("load_bypass",), _felt(_walking, lambda r: _bypassed(0.25))),
     ("walk", "cell", ("cell_position",), lambda s, r: _misplaced(_walking(s), r, 0.008)),
     ("walk", "slow cell", ("sensor_lag",), _felt(_walking, _lagging)),

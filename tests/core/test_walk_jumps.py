@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
+from footcal_cli.core.diagnosis.jumps import at_rest
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
+from footcal_cli.plots.diagnosis.jump import channel_of, in_words, plot_jump
 from tests.core.test_diagnosis_bridge import ROBOT, Hidden, names, walk_case
 
 DURATION_S = 60.0
@@ -62,3 +64,19 @@ def test_a_cable_that_comes_and_goes_is_no_jump(seed: int) -> None:
     found = investigate(replace(case, logs=(replace(log, readings=readings),)), TABLE, describe)
     assert "bias_jump" not in names(found)
     assert found.verdict in ("unknown", "named+unknown")
+
+
+def test_the_figure_shows_the_cell_that_jumped() -> None:
+    """Means of swings lie on two levels without the jump in the model, and on one with it."""
+    cell, size, at = drawn(3)
+    found = diagnosed(3, jump(cell, size, at))
+    levels = []
+    for problem in (found.problem, found.final):
+        time_s, mean, unit = at_rest(problem, channel_of(found))
+        after = time_s - found.case.logs[0].time_s[0] > at
+        levels.append(mean[after].mean() - mean[~after].mean())
+        assert unit == "N"
+    # zeros wander by 0.01 N in a second, as a random walk: by 0.05 N in half a minute
+    assert levels == pytest.approx([size, 0.0], abs=0.15)
+    assert cell in in_words(found)
+    assert plot_jump(found).axes

@@ -30,6 +30,23 @@ def test_a_displacement_or_a_temperature_is_no_reading(tmp_path: Path) -> None:
     ] == ["DMS [V]"]
 
 
+@pytest.mark.parametrize(
+    ("names", "how"),
+    [("M,d,e", "guess"), ("left_fl,left_fr,left_rl", "likely"), ("F1 [N],F2 [N],F3 [N]", "likely")],
+)
+def test_numbers_that_nothing_calls_readings_are_a_guess(
+    tmp_path: Path, names: str, how: str
+) -> None:
+    log = tmp_path / "a.csv"
+    values = np.random.default_rng(0).normal(3.0, 1.0, size=(60, 3))
+    log.write_text(names + "\n" + "\n".join(",".join(f"{v:.4f}" for v in r) for r in values) + "\n")
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.sure == how
+    doubted = [b for b in plan.blanks if "that its numbers are readings" in b.why]
+    assert len(doubted) == (how == "guess")
+
+
 def test_siblings_of_a_reading_are_readings(tmp_path: Path) -> None:
     log = tmp_path / "a.csv"
     log.write_text(

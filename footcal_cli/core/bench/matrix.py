@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
-from footcal_cli.core.inference.held_out import Choice, HeldOut, choose, hold_out
+from footcal_cli.core.inference.held_out import HeldOut, choose, hold_out
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.readings import STUCK
 from footcal_cli.errors import FitError
@@ -86,9 +86,7 @@ class MatrixStudy:
         The two fits; `diagonal` is None where outputs and channels are different things, and `full`
         is the diagonal one where the loads keep one proportion.
     chosen
-        The one the evidence supports.
-    choice
-        One-standard-error rule over groups; None with one candidate.
+        The one the evidence supports, by the one-standard-error rule over groups.
     held_out_rmse
         Per candidate and output, shape (m, k), in the outputs' units.
     rows
@@ -98,7 +96,6 @@ class MatrixStudy:
     diagonal: MatrixFit | None
     full: MatrixFit
     chosen: MatrixFit
-    choice: Choice | None
     held_out_rmse: FloatArray
     rows: int
 
@@ -301,11 +298,10 @@ def study_matrix(
         )
         errors.append(hold_out(predict, loads, group, most=30).error)
     scaled = [HeldOut(error / width, group) for error in errors]
-    choice = choose(scaled) if len(candidates) > 1 else None
     rmse = np.array([np.sqrt(np.mean(error**2, axis=0)) for error in errors])
-    chosen = candidates[choice.chosen if choice is not None else 0]
+    chosen = candidates[choose(scaled).chosen]
     diagonal_fit = candidates[0] if same else None
-    return MatrixStudy(diagonal_fit, candidates[-1], chosen, choice, rmse, len(readings))
+    return MatrixStudy(diagonal_fit, candidates[-1], chosen, rmse, len(readings))
 
 
 def _names(output: str, channels: Sequence[str]) -> list[str]:

@@ -32,14 +32,10 @@ class LackOfFit:
     ----------
     f, p
         Statistic and its p-value.
-    dof_model, dof_pure
-        Degrees of freedom of lack of fit and of pure error.
     """
 
     f: float
     p: float
-    dof_model: int
-    dof_pure: int
 
 
 @dataclass(frozen=True)
@@ -273,7 +269,7 @@ def _lack_of_fit(load_n: FloatArray, counts: FloatArray) -> LackOfFit | None:
     if pure == 0.0:
         return None
     f = ((total - pure) / dof_model) / (pure / dof_pure)
-    return LackOfFit(f, float(stats.f.sf(f, dof_model, dof_pure)), dof_model, dof_pure)
+    return LackOfFit(f, float(stats.f.sf(f, dof_model, dof_pure)))
 
 
 def _bow(load_n: FloatArray, counts: FloatArray) -> float:
@@ -297,8 +293,8 @@ class Curvature:
     ----------
     bows
         `AffineFit.bow` per channel, shape (k,).
-    t, p
-        One-sample t-test of the mean, channels as the units of evidence.
+    mean
+        Of all channels.
     same_sign
         Number of channels with the sign of the majority.
     sign_p
@@ -307,9 +303,6 @@ class Curvature:
 
     bows: FloatArray
     mean: float
-    sd: float
-    t: float
-    p: float
     same_sign: int
     sign_p: float
 
@@ -320,14 +313,10 @@ def pooled_curvature(fits: Sequence[AffineFit]) -> Curvature | None:
     if len(bent) < 3:
         return None
     bows = np.array([fit.bow for fit in bent])
-    test = stats.ttest_1samp(bows, 0.0)
     same = int(max(np.sum(bows > 0), np.sum(bows < 0)))
     return Curvature(
         bows=bows,
         mean=float(bows.mean()),
-        sd=float(bows.std(ddof=1)),
-        t=float(test.statistic),
-        p=float(test.pvalue),
         same_sign=same,
         sign_p=float(stats.binomtest(same, len(bows)).pvalue),
     )

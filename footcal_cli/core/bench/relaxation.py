@@ -30,7 +30,7 @@ class Waiting:
     ----------
     wait_s
         Between putting a load on and reading it; ``inf``: the level the creep tends to. Shape (w,).
-    scale, bias_n
+    scale
         Of the regression of load on these readings, shape (w,).
     change
         Relative change of the scale since the first waiting time, shape (w,).
@@ -40,7 +40,6 @@ class Waiting:
 
     wait_s: FloatArray
     scale: FloatArray
-    bias_n: FloatArray
     change: FloatArray
     loads: int
 
@@ -79,15 +78,15 @@ def study_waiting(
         return None
     shortest = float(lengths[long].min())
     waits = [wait for wait in waits_s if wait < shortest - _AVERAGED_S] + [shortest - _AVERAGED_S]
-    lines = []
+    slopes = []
     for wait in waits:
         readings = [_reading_after(time_s[holds[i]], reading[holds[i]], wait) for i in long]
-        lines.append(np.polyfit(readings, loads, 1))
+        slopes.append(np.polyfit(readings, loads, 1)[0])
     if level is not None and level.size == len(holds):
         waits.append(np.inf)
-        lines.append(np.polyfit(level[long], loads, 1))
-    scale, bias = np.array(lines).T
-    return Waiting(np.array(waits), scale, bias, scale / scale[0] - 1.0, long.size)
+        slopes.append(np.polyfit(level[long], loads, 1)[0])
+    scale = np.array(slopes)
+    return Waiting(np.array(waits), scale, scale / scale[0] - 1.0, long.size)
 
 
 def _reading_after(time_s: FloatArray, reading: FloatArray, wait_s: float) -> float:

@@ -82,6 +82,8 @@ class Investigation:
         Share of blocks without which the same effects are chosen.
     nameless
         What repeats in each output and has no sure name.
+    once
+        Whether the cause happened once (`footcal_cli.core.diagnosis.path.jumped`).
     """
 
     verdict: Verdict

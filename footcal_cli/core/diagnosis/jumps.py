@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 SWINGS = (1, 2, 4)
 """Swings that are averaged on both sides of a jump."""
@@ -39,14 +39,15 @@ class Jump:
         By chance, of all that were looked at (Bonferroni).
     after_s, before_s
         Between which stamps of the problem it happened; not numbers where nothing rests.
-    usual
-        Sd by which that channel differs from one swing to the next, in its output's unit.
+    usual, unit
+        Sd by which that channel differs from one swing to the next, and its output's unit.
     """
 
     p: float = 1.0
     after_s: float = np.nan
     before_s: float = np.nan
     usual: float = 0.0
+    unit: str = ""
 
 
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
@@ -82,7 +83,7 @@ def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
             p = 2.0 * float(stats.t.sf(size.max(), _MEDIAN_EFFICIENCY * known))
             if p < found.p:
                 last, first = (float(t) for t in swing.time_s[at + count - 1 : at + count + 1])
-                found = Jump(p, last, first, float(swing.usual[channel]))
+                found = Jump(p, last, first, float(swing.usual[channel]), swing.unit)
             tests += step.size / count
     return replace(found, p=min(1.0, tests * found.p)) if tests else found
 
@@ -96,17 +97,43 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
     return max(usual, rounded)
 
 
+def at_rest(problem: Problem, name: str) -> tuple[FloatArray, FloatArray, str]:
+    """When each swing of a channel is, what its residual is on average, (s,) each, and its unit."""
+    assert problem.traces is not None, "a walk"
+    number = problem.traces.names.index(name)
+    of_channel = problem.traces.channel == number
+    shared = [
+        o for o in range(len(problem.outputs))
+        if np.unique(problem.traces.channel[problem.output == o]).size > 1
+    ]  # fmt: skip
+    rows = np.flatnonzero(of_channel & np.isin(problem.output, shared))
+    time_s = problem.traces.time_s[rows]
+    swing = _numbers(problem, time_s)
+    count = np.bincount(swing)
+    values = problem.residual[rows] * problem.noise[rows]
+    unit = problem.units[int(problem.output[rows[0]])]
+    return np.bincount(swing, time_s) / count, np.bincount(swing, values) / count, unit
+
+
+def _numbers(problem: Problem, time_s: FloatArray) -> IntArray:
+    """Number of the swing of each row of a channel at rest, shape (n,)."""
+    gap = np.diff(time_s, prepend=time_s[:1]) * problem.rate_hz
+    return np.cumsum(np.abs(gap) > _BROKEN)
+
+
 @dataclass(frozen=True)
 class _Swings:
     """Means over each swing of one foot: of every channel, and of all together, (swings, c + 1).
 
-    With them the stamps at their middles, what the converter's steps make, and the unit of both.
+    With them the stamps at their middles, what the converter's steps make, and the assumed noise
+    in whose units both are.
     """
 
     mean: FloatArray
     time_s: FloatArray
     rounded: float
     noise: float
+    unit: str
 
     @property
     def usual(self) -> FloatArray:
@@ -134,13 +161,14 @@ def _swings(problem: Problem, residual: FloatArray) -> Iterator[_Swings]:
         least = 0.0 if problem.least is None else float(problem.least[o])
         for stamps, values in feet.items():
             time = np.frombuffer(stamps)
-            gap = np.diff(time, prepend=time[:1]) * problem.rate_hz
-            number = np.cumsum(np.abs(gap) > _BROKEN)
+            number = _numbers(problem, time)
             rows = np.bincount(number)
             cells = np.stack([np.bincount(number, v) / rows for v in values], axis=1)[1:-1]
             middle = (np.bincount(number, time) / rows)[1:-1]
-            unit = float(problem.noise[problem.output == o][0])
-            yield _Swings(np.column_stack([cells, cells.mean(axis=1)]), middle, least, unit)
+            yield _Swings(
+                np.column_stack([cells, cells.mean(axis=1)]), middle, least,
+                float(problem.noise[problem.output == o][0]), problem.units[o],
+            )  # fmt: skip
 
 
 def _differences(values: FloatArray, count: int) -> FloatArray:

@@ -147,24 +147,26 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
         return None
     cause = _untested(signature, jump.p)
     model = refitted_with(subject, [cause], None)
-    model = replace(model, intervals=_of_one_step(subject.bare(model, [cause]), model, jump))
+    model = replace(model, intervals=_of_one_step(subject, cause, model, jump))
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
     return continued(subject, begun, model, seed)
 
 
-def _of_one_step(bare: Problem, model: Refit, jump: Jump) -> tuple[Interval, ...]:
+def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tuple[Interval, ...]:
     """95 % intervals of sizes of which one block knows all, so that blocks cannot show a scatter.
 
-    ``sd² = (H⁻¹)_ii`` with H the information of the whitened innovations, and no less than the
-    channel that jumped differs from one swing to the next.
+    ``sd² = (H⁻¹)_ii`` with H the information of the whitened innovations; all of them larger by
+    what the channel that jumped differs from one swing to the next, if that is more.
     """
-    scale = np.linalg.norm(model.columns, axis=0)
+    bare, scale = subject.bare(model, [cause]), np.linalg.norm(model.columns, axis=0)
     only = replace(bare.without_candidates, accepted=None)
     grams, _ = whitened_grams(only, model.columns / scale, bare.law, counted=False)
     columns = np.append(grams.calibration, grams.features)
     total = grams.inner.part(columns, columns).sum(axis=0)
-    own = np.diag(scaled_inverse(total, _RCOND))[grams.calibration.size :]
-    half = stats.norm.isf(0.025) * np.maximum(np.sqrt(own) / scale, jump.usual)
+    sd = np.sqrt(np.diag(scaled_inverse(total, _RCOND))[grams.calibration.size :]) / scale
+    units = {p.name: p.unit for p in subject.table[cause.signature.effect].parameters}
+    alike = [units[name.rsplit(".", 1)[1]] == jump.unit for name in model.names]
+    half = stats.norm.isf(0.025) * sd * max([1.0, *(jump.usual / sd[alike])])
     values = [model.values[name] for name in model.names]
     return tuple(Interval(v, v - h, v + h) for v, h in zip(values, half.tolist(), strict=True))
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.effects.contract import ArrayTransform, State, Theta
+from footcal_cli.core.effects.contract import ArrayTransform, EffectParameter, GridOf, State, Theta
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -107,6 +107,12 @@ def plus_since(
         return x + sign * amount(since, theta), state
 
     return moved
+
+
+def moment(name: str, parts: int) -> EffectParameter:
+    """When a change happened, s since the recording's first row; tried at such parts of a log."""
+    shares = tuple(round(k / parts, 2) for k in range(1, parts))
+    return EffectParameter(name, "s", 20.0, 0.0, 1e6, 20.0, True, shares, GridOf.SPAN)
 
 
 def linear_recurrence(decay: FloatArray, drive: FloatArray, start: FloatArray) -> FloatArray:

@@ -13,7 +13,6 @@ from footcal_cli.core.effects.contract import (
     ArrayTransform,
     Effect,
     EffectParameter,
-    GridOf,
     Scope,
     Stage,
     State,
@@ -24,7 +23,7 @@ from footcal_cli.core.effects.contract import (
     plus,
     times,
 )
-from footcal_cli.core.effects.memory import plus_since
+from footcal_cli.core.effects.memory import moment, plus_since
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -290,17 +289,7 @@ OFFSET_CHANGE = Effect(
     scope=Scope.LEG,
     parameters=(
         *per_axis("offset_change", 1.0, 0.1, 100.0),
-        EffectParameter(
-            "change_time",
-            "s",
-            20.0,
-            0.0,
-            1e6,
-            20.0,
-            True,
-            tuple(round(0.05 * i, 2) for i in range(1, 20)),
-            GridOf.SPAN,
-        ),
+        moment("change_time", 20),
     ),
     apply=on_wrenches(plus_since(_change)),
     remove=on_wrenches(plus_since(_change, -1.0)),

@@ -92,18 +92,10 @@ class Choice:
     ----------
     chosen, best
         Index of the chosen model, and of the one with the smallest error.
-    loss
-        Mean over groups of the mean squared error, shape (m,).
-    excess, excess_sd
-        Loss over that of the best one and the standard error of this difference over groups,
-        shape (m,).
     """
 
     chosen: int
     best: int
-    loss: FloatArray
-    excess: FloatArray
-    excess_sd: FloatArray
 
 
 def choose(candidates: Sequence[HeldOut], order: Sequence[float] | None = None) -> Choice:
@@ -124,9 +116,9 @@ def choose(candidates: Sequence[HeldOut], order: Sequence[float] | None = None) 
     best = int(np.argmin(loss))
     difference = table - table[best]
     groups = table.shape[1]
-    excess_sd = difference.std(axis=1, ddof=1) / np.sqrt(groups) if groups > 1 else loss * 0.0
+    error = difference.std(axis=1, ddof=1) / np.sqrt(groups) if groups > 1 else loss * 0.0
     rank = np.arange(len(candidates)) if order is None else np.asarray(order)
     tie = TIE * loss[best]
-    within = difference.mean(axis=1) <= excess_sd + tie
+    within = difference.mean(axis=1) <= error + tie
     chosen = min(np.flatnonzero(within), key=lambda i: (rank[i], loss[i]))
-    return Choice(int(chosen), best, loss, difference.mean(axis=1), np.asarray(excess_sd))
+    return Choice(int(chosen), best)

@@ -37,16 +37,10 @@ class AlternatingFit:
         Mounting rotations, left of the nominal ones, shape (K, 3, 3).
     arm_b_m
         CoM (of the chassis, or of the robot as printed) to hip, shape (K, 3), m.
-    rounds
-        Alternations.
-    cost
-        Sum of squares in the K-norm.
     """
 
     turn_b: FloatArray
     arm_b_m: FloatArray
-    rounds: int
-    cost: float
 
 
 def fit_alternating(
@@ -106,8 +100,7 @@ def fit_alternating(
         shifted = least_squares_alone(partial(by_translation, q=turned), arm, COST_TOLERANCE)
         change = float(np.abs(np.concatenate([turned - q, shifted - arm])).max())
         q, arm, rounds = turned, shifted, rounds + 1
-    cost = float(np.sum(by_rotation(q, arm) ** 2))
-    return AlternatingFit(cayley(q.reshape(legs, 3)), arm.reshape(legs, 3), rounds, cost)
+    return AlternatingFit(cayley(q.reshape(legs, 3)), arm.reshape(legs, 3))
 
 
 def alternated(

@@ -82,7 +82,9 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         rivals = [r for r in {r.effect: r for r in cause.rivals}.values() if r.effect not in seen]
         weighed = [rival_row(item.answer, rival, mine) for rival in rivals]
         row = found_row(row, [rival.effect for rival in rivals])
-        rows.append(replace(row, signature=cause.signature, size=cause.size))
+        row = replace(row, signature=cause.signature, size=cause.size)
+        # blocks say nothing of what happened once
+        rows.append(replace(row, p=cause.p, detectable=np.inf) if found.once else row)
         rows += [other for other in weighed if other is not None]
         seen |= {rival.effect for rival in rivals}
     rows += [r for r in found.rounds[-1].effects if r.signature.effect not in seen]

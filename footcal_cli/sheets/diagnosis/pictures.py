@@ -11,6 +11,7 @@ from footcal_cli.core.effects.contract import Effect
 from footcal_cli.plots.diagnosis import (
     gains,
     isolability,
+    jump,
     ladder,
     line_up,
     movement,
@@ -84,4 +85,14 @@ def pictures_of(
             result=lambda: null.in_words(found),
         )
     )
+    if found.once:
+        # nothing that repeats with a signal, nor from block to block
+        once = Picture(
+            "jump",
+            lambda: jump.plot_jump(found),
+            jump.JUMP_CAPTION,
+            title="The channel in the air, swing by swing",
+            result=lambda: jump.in_words(found),
+        )
+        drawn[:2] = [once]
     return tuple(drawn)

@@ -233,13 +233,13 @@ def _detail_lines(found: Investigation) -> list[str]:
         if cause.places:
             places = together([cause.signature.where, *(s.where for s in cause.places)], "or")
             lines.append(f"Where it sits is open: {places}.")
-        agree = "its size is the same in all blocks"
+        agree = "; its size is the same in all blocks"
         if cause.heterogeneity > 0.3:
             share = 100 * cause.heterogeneity
-            agree = f"{share:.0f} % of the scatter of its size between blocks is more than noise"
+            agree = f"; {share:.0f} % of the scatter of its size between blocks is more than noise"
         lines.append(
             f"{name[0].upper()}{name[1:]} by chance: p = {number(cause.p, 2)}, corrected for all "
-            f"effects that were looked for; {agree}."
+            f"effects that were looked for{'' if found.once else agree}."
         )
     if len(found.rounds) > 1 and found.stable < 1.0:
         lines.append(

@@ -80,6 +80,7 @@ def size_words(item: Found) -> str:
     if stated_as := item.effect.stated_as:
         return f"{whose}{stated_as} {_handy(item.cause.size, signature.unit)}"
     shapes = {name for name, _ in signature.shape}
+    units = {p.name: p.unit for p in item.effect.parameters}
     said: list[str] = []
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
         owner, parameter = name.rsplit(".", 1)
@@ -88,7 +89,7 @@ def size_words(item: Found) -> str:
             called = _size_name(parameter, signature.effect)
             # the size of an effect holds in every form that the data leave open
             own = item.cause.size if parameter == signature.parameter else interval
-            said.append(f"{called}{_handy(own, signature.unit)}")
+            said.append(f"{called}{_handy(own, units[parameter])}")
     return f"{whose}{', '.join(said)}" if said else ""
 
 
