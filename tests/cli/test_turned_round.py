@@ -197,6 +197,7 @@ def test_a_turned_wrench_and_kilograms_force_are_no_good_hanging(
     hanging: Path, tmp_path: Path, factor: float
 ) -> None:
     log = pd.read_parquet(hanging / "hang" / "hang.parquet")
+    log = log[log["leg"].isin(["fl", "fr"])]  # one of each side
     for name in ("fx_n", "fy_n", "fz_n"):
         log[name] *= factor
     log.to_parquet(tmp_path / "hang.parquet")
