@@ -9,8 +9,7 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.contact import gait_cycles
-from footcal_cli.core.diagnosis.blocks import cut_blocks
+from footcal_cli.core.diagnosis.blocks import cut_balanced
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
@@ -92,7 +91,7 @@ def walk_case(
     force = (log.readings * scale + zero) * gain + bias
     log = replace(log, known=known, readings=(force - zero) / scale)
     return Case(
-        walk.EXPERIMENT, (cut_blocks(log, gait_cycles(log.known["contact"]), 0.3),), chain, values,
+        walk.EXPERIMENT, (cut_balanced(log),), chain, values,
         affine(values), tolerance_n=0.05, tolerance_nm=0.005, drifts=True, alike=False, stride=4,
         groups=dict.fromkeys(ROBOT.channels, "swing"), one_recording=True,
         directions=gain_and_bias(ROBOT.channels, values), demand_noisy=True,

@@ -36,8 +36,8 @@ from footcal_cli.tables.table import Table
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
-RECORDING_TAU_S = 2.0
-"""Autocorrelation time assumed when one recording is cut into blocks."""
+_BLOCK_S, _GAP_S = 20.0, 4.0
+"""Of a recording under a reference that moves slowly, and between: neighbours tell the same."""
 
 
 def read(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -131,8 +131,7 @@ def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> 
                 "weights", (channel,), table.number("time_s")[good], counts[good, None],
                 {"load_n": load[good, None]}, np.zeros(int(good.sum()), dtype=np.int64),
             )  # fmt: skip
-            # neighbouring samples of a reference that moves slowly tell the same
-            logs.append(cut_blocks(log, even_cycles(log, 1.0), RECORDING_TAU_S))
+            logs.append(cut_blocks(log, even_cycles(log, 1.0), _BLOCK_S, _GAP_S))
     return logs
 
 
