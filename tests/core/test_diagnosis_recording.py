@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.diagnosis.blocks import STANCES, cut_stances
+from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments.contract import Balance
+from footcal_cli.core.inference.case import rows_of
+from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.ideal import _reading_share
+from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import low_pass
+from tests.core.test_diagnosis_bridge import walk_case
 
 RATE_HZ = 100.0
 
@@ -90,3 +97,21 @@ def test_a_stance_is_one_piece_of_evidence() -> None:
 
 def test_few_long_stances_are_cut_further() -> None:
     assert cut_stances(_stances(2, 31.0)).block.max() + 1 == 20
+
+
+def test_neighbouring_blocks_of_a_walk_are_independent() -> None:
+    """Lag-one correlation of block scores; of B independent ones about their mean it is −1/B."""
+    excess = []
+    for seed in range(4):
+        case = walk_case(seed, duration_s=45.0)
+        problem = problem_from(case, rows_of(case), TABLE.values(), describe)
+        grams, _ = whitened_grams(problem, problem.columns[:, :0])
+        found = scores(grams.inner, grams.calibration, grams.candidates).score
+        found = found[np.any(found != 0.0, axis=1)]
+        found = found[:, np.any(found != 0.0, axis=0)]
+        assert len(found) >= 20
+        left = found - found.mean(axis=0)
+        lagged = np.sum(left[1:] * left[:-1], axis=0) / np.sum(left**2, axis=0)
+        excess.append(float(lagged.mean()) + 1.0 / len(found))
+    # sd 1/√B of each; candidates that look alike count as a dozen
+    assert np.mean(excess) == pytest.approx(0.0, abs=3.0 / np.sqrt(4 * 12 * 20))

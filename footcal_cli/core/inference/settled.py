@@ -18,7 +18,7 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.inference.between_settings import variance_between
-from footcal_cli.core.inference.linear import orthonormal
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.settings import (
     RCOND,
     Parts,
@@ -223,11 +223,11 @@ def _within(
 
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:
     """The candidate with the largest |z| beside a base, and that."""
-    wanted = white[:, np.append(candidates, white.shape[1] - 1)]
-    basis = orthonormal(white[:, base], np.sqrt(RCOND))
-    inside = basis.T @ wanted
+    wanted, fitted = white[:, np.append(candidates, white.shape[1] - 1)], white[:, base]
+    cross = fitted.T @ wanted
+    inside = scaled_inverse(fitted.T @ fitted, RCOND) @ cross
     whole = np.einsum("ij,ij->j", wanted[:, :-1], wanted[:, :-1])
-    own = whole - np.sum(inside[:, :-1] ** 2, axis=0)
-    score = wanted[:, :-1].T @ wanted[:, -1] - inside[:, :-1].T @ inside[:, -1]
+    own = whole - np.sum(cross * inside, axis=0)[:-1]
+    score = wanted[:, :-1].T @ wanted[:, -1] - cross[:, :-1].T @ inside[:, -1]
     best, z = strongest(score, own, whole)
     return int(candidates[best]), z
