@@ -100,12 +100,15 @@ def posing() -> Case:
     return pose_case(3, *distorting("", "", {}))
 
 
-def test_only_a_named_curve_of_a_transducer_is_asked() -> None:
+def test_only_a_named_curve_or_gain_of_a_transducer_is_asked() -> None:
     case = posing()
     assert bent_axes(case, [named("nonlinearity", "fl.fy"), named("case_strain", "mr")]) == (
         "fl.fy",
     )
     assert bent_axes(case, [named("case_strain", "mr")]) == ()
+    gain = named("scale_matrix", "fl")
+    gain = replace(gain, signature=replace(gain.signature, parameter="gain_fz"))
+    assert bent_axes(case, [gain]) == ("fl.fz",)
     log = case.logs[0]
     cells = replace(log, channels=tuple(f"left_{i}" for i in range(len(log.channels))))
     assert bent_axes(replace(case, logs=(cells,)), [named("nonlinearity", "left_1")]) == ()

@@ -1,10 +1,11 @@
-"""A named curve of one axis against any other curve of that axis.
+"""A named curve or gain of one axis against any other curve of that axis.
 
 Among load cells the table has several curves, and each is held against the others. Transducers and
 poses leave one of them, which then wins against nothing: a foot that folds loses force on both
 sides, nearly as a parabola does. Whether a size is the same everywhere (`form_of`) is asked of
 every recorded signal at once, where what one axis tells drowns. Asked of its own readings alone,
-piecewise straight between knees, a curve that is not the named one shows.
+piecewise straight between knees, a curve that is not the named one shows. A gain of an axis is the
+straight one of its curves: of one that bends a gain is only the mean.
 """
 
 from __future__ import annotations
@@ -25,13 +26,17 @@ from footcal_cli.core.diagnosis.unnamed import (
     left_beside,
     loads_of,
 )
-from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Trait, is_six_axis
 from footcal_cli.core.inference.case import Case, Rows, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray
+
+GAINS = having(Trait.AXIS_GAIN)
+"""Names of a straight curve of each axis."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +57,18 @@ class Bends:
 
 
 def bent_axes(case: Case, causes: Sequence[Cause]) -> tuple[str, ...]:
-    """Axes of transducers that a curve is named for; cells have other curves as rivals."""
+    """Axes of transducers with a named curve or gain; cells have other curves as rivals."""
     if not is_six_axis(channels_of(case.logs)):
         return ()
-    named = [c.signature for c in causes if c.signature.effect in CURVES]
-    return tuple(dict.fromkeys(axis for s in named for _, axes in s.owners for axis in axes))
+    found: list[str] = []
+    for signature in (cause.signature for cause in causes):
+        members = [member for _, own in signature.owners for member in own]
+        if signature.effect in CURVES:
+            found += members
+        elif signature.effect in GAINS:
+            axis = signature.parameter.rsplit("_", 1)[-1]
+            found += [f"{leg}.{axis}" for leg in members]
+    return tuple(dict.fromkeys(found))
 
 
 def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> Bends:

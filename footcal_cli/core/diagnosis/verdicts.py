@@ -45,7 +45,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     if verdict in NAMING and at_an_end(subject, path.causes, path.model):
         # a size that only its bound stops is the size of something else
         return Verdict.UNKNOWN, share
-    sure = path.pair or all(cause.rivals for cause in path.causes)
+    sure = path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
     sure &= in_other_cells(subject.table, path.causes)
     loose = subject.case.drifts or subject.case.experiment.name == "stand"
     if verdict in NAMING and loose and len(path.causes) > 1 and not sure:
