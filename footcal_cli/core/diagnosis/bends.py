@@ -1,11 +1,10 @@
-"""A named curve or gain of one axis against any other curve of that axis.
+"""A named curve of one axis against any other curve of that axis.
 
 Among load cells the table has several curves, and each is held against the others. Transducers and
 poses leave one of them, which then wins against nothing: a foot that folds loses force on both
 sides, nearly as a parabola does. Whether a size is the same everywhere (`form_of`) is asked of
 every recorded signal at once, where what one axis tells drowns. Asked of its own readings alone,
-piecewise straight between knees, a curve that is not the named one shows. A gain of an axis is the
-straight one of its curves: of one that bends a gain is only the mean.
+piecewise straight between knees, a curve that is not the named one shows.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.form import Form
 from footcal_cli.core.diagnosis.unnamed import (
@@ -57,18 +56,11 @@ class Bends:
 
 
 def bent_axes(case: Case, causes: Sequence[Cause]) -> tuple[str, ...]:
-    """Axes of transducers with a named curve or gain; cells have other curves as rivals."""
+    """Axes of transducers that a curve is named for; cells have other curves as rivals."""
     if not is_six_axis(channels_of(case.logs)):
         return ()
-    found: list[str] = []
-    for signature in (cause.signature for cause in causes):
-        members = [member for _, own in signature.owners for member in own]
-        if signature.effect in CURVES:
-            found += members
-        elif signature.effect in GAINS:
-            axis = signature.parameter.rsplit("_", 1)[-1]
-            found += [f"{leg}.{axis}" for leg in members]
-    return tuple(dict.fromkeys(found))
+    named = [c.signature for c in causes if c.signature.effect in CURVES]
+    return tuple(dict.fromkeys(axis for s in named for _, axes in s.owners for axis in axes))
 
 
 def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> Bends:
@@ -117,3 +109,32 @@ def against_bends(after: Problem, bends: Bends, signs: FloatArray) -> Unnamed:
         single = explained_p(grams, grams.calibration, grams.features, held.residual.size)
         left = Form(min(2.0 * min(left.p, single), 1.0), left.gain)
     return Unnamed(left, rival=False, as_form=True)
+
+
+def bend_left(last: Diagnosis, causes: Sequence[Cause]) -> bool:
+    """Whether a curve of an axis is surely left beside a gain that is named for its transducer.
+
+    A gain is the straight one of an axis's curves, and what explains most of one that bends: how
+    little the curve then removes says nothing for the gain.
+
+    Parameters
+    ----------
+    last
+        Of the model with all causes.
+    causes
+        What was named.
+    """
+    named = [c.signature for c in causes if c.signature.effect in GAINS]
+    legs = {leg for s in named for _, own in s.owners for leg in own}
+    lib, p = last.library, last.search.first.p
+    return any(
+        p[i] < last.rules.alpha_name
+        and cause[0] in CURVES
+        and {
+            axis.rsplit(".", 1)[0]
+            for _, axes in lib.problem.signatures[lib.index(int(lib.columns[i][0]))].owners
+            for axis in axes
+        }
+        & legs
+        for i, cause in enumerate(lib.causes)
+    )
