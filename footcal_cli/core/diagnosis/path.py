@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.moments import best_at
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import whitened_grams
@@ -110,7 +111,8 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     # a curve that is neither of two rivals is both of them
     either = (without_rivals(current, model), current)
     start, end = losses(subject.problem, either, current.law)
-    last = diagnose(current, path.rounds[0].rules, seed, start)
+    effects = {s.effect for c in path.causes for s in (c.signature, *c.rivals)}
+    last = diagnose(current, beside(path.rounds[0].rules, effects), seed, start)
     return replace(
         path,
         model=model,
