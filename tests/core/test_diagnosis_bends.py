@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.bends import Bends, against_bends, bends_of, bent_axes
+from footcal_cli.core.diagnosis.bends import Bends, against_bends, bend_left, bends_of, bent_axes
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import KNEES, Unnamed
@@ -117,3 +118,22 @@ def test_knees_of_an_axis_are_felt_where_its_leg_pushes() -> None:
     np.testing.assert_allclose(np.sqrt(np.mean(bends.bent**2, axis=0)), 1.0)
     both = np.hstack([bends.straight, bends.bent])
     assert np.linalg.matrix_rank(both) == 2 + len(KNEES)
+
+
+@pytest.mark.parametrize(
+    ("named_for", "p", "bent"),
+    [("fl", 0.0005, True), ("fl", 0.02, False), ("mr", 0.0005, False), ("", 0.0005, False)],
+)
+def test_a_gain_beside_which_its_transducer_surely_bends_is_no_gain(
+    named_for: str, p: float, bent: bool
+) -> None:
+    """However little the curve of ``fl.fz`` removes: a gain explains most of one that bends."""
+    curve = named("nonlinearity", "fl.fz").signature
+    library = SimpleNamespace(
+        problem=SimpleNamespace(signatures=(curve,)), causes=(curve.cause,),
+        columns=(np.array([7]),), index=lambda column: column - 7,
+    )  # fmt: skip
+    search = SimpleNamespace(first=SimpleNamespace(p=np.array([p])))
+    last = SimpleNamespace(library=library, search=search, rules=RULES)
+    causes = [named("scale_matrix" if named_for else "offset_change", named_for or "fl")]
+    assert bend_left(last, causes) is bent  # type: ignore[arg-type]

@@ -125,3 +125,5 @@ def test_two_causes_in_the_same_cells_may_be_the_form_of_one() -> None:
     assert not in_other_cells(TABLE, [loop, cause("hinge", "left_fr")])
     assert in_other_cells(TABLE, [loop, cause("hinge", "right_fr")])
     assert in_other_cells(TABLE, [loop, cause("delay", "robot")])
+    # what a cell hears of others is no form of a loop of its own load
+    assert in_other_cells(TABLE, [loop, cause("crosstalk", "left_fl")])

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.form import Form
 from footcal_cli.core.diagnosis.unnamed import (
@@ -25,13 +25,17 @@ from footcal_cli.core.diagnosis.unnamed import (
     left_beside,
     loads_of,
 )
-from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Trait, is_six_axis
 from footcal_cli.core.inference.case import Case, Rows, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray
+
+GAINS = having(Trait.AXIS_GAIN)
+"""Names of a straight curve of each axis."""
 
 
 @dataclass(frozen=True)
@@ -105,3 +109,32 @@ def against_bends(after: Problem, bends: Bends, signs: FloatArray) -> Unnamed:
         single = explained_p(grams, grams.calibration, grams.features, held.residual.size)
         left = Form(min(2.0 * min(left.p, single), 1.0), left.gain)
     return Unnamed(left, rival=False, as_form=True)
+
+
+def bend_left(last: Diagnosis, causes: Sequence[Cause]) -> bool:
+    """Whether a curve of an axis is surely left beside a gain that is named for its transducer.
+
+    A gain is the straight one of an axis's curves, and what explains most of one that bends: how
+    little the curve then removes says nothing for the gain.
+
+    Parameters
+    ----------
+    last
+        Of the model with all causes.
+    causes
+        What was named.
+    """
+    named = [c.signature for c in causes if c.signature.effect in GAINS]
+    legs = {leg for s in named for _, own in s.owners for leg in own}
+    lib, p = last.library, last.search.first.p
+    return any(
+        p[i] < last.rules.alpha_name
+        and cause[0] in CURVES
+        and {
+            axis.rsplit(".", 1)[0]
+            for _, axes in lib.problem.signatures[lib.index(int(lib.columns[i][0]))].owners
+            for axis in axes
+        }
+        & legs
+        for i, cause in enumerate(lib.causes)
+    )

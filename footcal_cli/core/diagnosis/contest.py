@@ -201,17 +201,16 @@ def decided_again(
     rounds: Sequence[Diagnosis],
     seed: int,
 ) -> tuple[list[Cause], Refit]:
-    """Causes that had rivals against them once more, with what was found after them in the model.
+    """Earlier causes against their look-alikes once more, with what was found later in the model.
 
-    What another cause leaves hides which of two look-alikes fits.
+    What another cause leaves hides which of two look-alikes fits, or makes the wrong one sure.
     """
     causes = list(causes)
     for i, answer in enumerate(rounds[: len(causes) - 1]):
-        if causes[i].rivals:
-            others = [*causes[:i], *causes[i + 1 :]]
-            start = {n: v for n, v in model.values.items() if n not in subject.case.values}
-            alone = subject.refitted(others, start)
-            causes[i], model = decided(subject, others, alone, answer, seed)
+        others = [*causes[:i], *causes[i + 1 :]]
+        start = {n: v for n, v in model.values.items() if n not in subject.case.values}
+        alone = subject.refitted(others, start)
+        causes[i], model = decided(subject, others, alone, answer, seed)
     return causes, model
 
 

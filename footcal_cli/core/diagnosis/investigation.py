@@ -12,7 +12,14 @@ from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.material import Nameless, nameless_of
 from footcal_cli.core.diagnosis.pairs import likely_pairs
-from footcal_cli.core.diagnosis.path import Path, beginning, grown, jumped, together
+from footcal_cli.core.diagnosis.path import (
+    Path,
+    beginning,
+    found_both_ways,
+    grown,
+    jumped,
+    together,
+)
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
@@ -276,8 +283,14 @@ def _another_way(
 ) -> tuple[Path, Verdict, float] | None:
     """A path that begins with two causes at once and leaves nothing; None where none does.
 
-    One that removes less than a path that left something is not what is wrong.
+    First the two that were found one after the other, if each is found beside the other. One that
+    removes less than a path that left something is not what is wrong.
     """
+    again = found_both_ways(subject, path, seed)
+    if again is not None:
+        verdict, share = judged(subject, again, rules, seed)
+        if verdict in CLEAR and share >= rules.share_pair:
+            return again, verdict, share
     most = path.removed
     for first in dict.fromkeys(pair[0] for pair in likely_pairs(path.rounds[0].library, rules)):
         both = together(subject, path, first, seed)

@@ -15,7 +15,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.effects.contract import Effect, Stage
+from footcal_cli.core.effects.contract import Effect, Stage, Trait
 from footcal_cli.core.inference.scores import scores
 
 _SPREAD = 3.0  # sd of its own by which a size may lie beyond its bounds
@@ -63,14 +63,15 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
 
 
 def in_other_cells(table: Mapping[str, Effect], causes: Sequence[Cause]) -> bool:
-    """Whether no two causes distort what the same cells show.
+    """Whether no two causes distort what the same cells show of their own loads.
 
     A loop of another form than the table's is a loop and a curve in the same cells, a curve of
-    another form two curves.
+    another form two curves. What a cell hears of others is the form of neither.
     """
     cells = [
         {member for _, members in cause.signature.owners for member in members}
         for cause in causes
         if table[cause.signature.effect].stage is Stage.CELL
+        and Trait.MIXTURE not in table[cause.signature.effect].traits
     ]
     return all(a.isdisjoint(b) for a, b in itertools.combinations(cells, 2))

@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.moments import best_at
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import whitened_grams
@@ -53,6 +54,9 @@ class Path:
         Whether it began with two causes at once.
     once
         Whether its cause happened once, which no block repeats (`jumped`).
+    both_ways
+        Whether each of its two causes was looked for anew beside the other, and found
+        (`found_both_ways`).
     """
 
     causes: tuple[Cause, ...]
@@ -64,6 +68,7 @@ class Path:
     removed: float = 0.0
     pair: bool = False
     once: bool = False
+    both_ways: bool = False
 
     @property
     def share(self) -> float:
@@ -106,7 +111,8 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     # a curve that is neither of two rivals is both of them
     either = (without_rivals(current, model), current)
     start, end = losses(subject.problem, either, current.law)
-    last = diagnose(current, path.rounds[0].rules, seed, start)
+    effects = {s.effect for c in path.causes for s in (c.signature, *c.rivals)}
+    last = diagnose(current, beside(path.rounds[0].rules, effects), seed, start)
     return replace(
         path,
         model=model,
@@ -171,6 +177,28 @@ def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tu
     return tuple(Interval(v, v - h, v + h) for v, h in zip(values, half.tolist(), strict=True))
 
 
+def found_both_ways(subject: Subject, path: Path, seed: int) -> Path | None:
+    """The path whose two causes are each the best name for what the other one leaves.
+
+    Found one after the other, only the second was looked for beside the first, which may be a third
+    cause's nearest name. Where the same two come back whichever is held, neither is.
+
+    Returns
+    -------
+    None where other names come back, or the path has not two causes.
+    """
+    if len(path.causes) != 2:
+        return None
+    both = _both(subject, path, path.causes[0], seed)
+    if both is None or _effects(both) != _effects(path):
+        return None
+    return replace(path, both_ways=True)
+
+
+def _effects(path: Path) -> list[str]:
+    return sorted(cause.signature.effect for cause in path.causes)
+
+
 def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | None:
     """A path that begins with two causes, each the best name for what the other one leaves.
 
@@ -191,17 +219,22 @@ def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | N
     -------
     None where one of the two does not stand beside the other.
     """
+    return _both(subject, path, _cause(path.rounds[0].library, stronger), seed)
+
+
+def _both(subject: Subject, path: Path, held: Cause, seed: int) -> Path | None:
+    """`together`, from a cause."""
     baseline = path.rounds[0]
     least = baseline.rules.pair_share
     rules = replace(baseline.rules, later_share=least, second_share=least)
-    first = _best_beside(subject, _cause(baseline.library, stronger), rules, seed)
+    first = _best_beside(subject, held, rules, seed)
     second = None if first is None else _best_beside(subject, first[0][-1], rules, seed)
     if first is None or second is None:
         return None
-    (held, newest), model, answer = second
-    model = _best_fit(subject, (newest, held), (model, first[1]))
+    (other, newest), model, answer = second
+    model = _best_fit(subject, (newest, other), (model, first[1]))
     answers = (answer, first[2])
-    begun = replace(path, causes=(newest, held), answers=answers, rounds=(baseline, answers[-1]))
+    begun = replace(path, causes=(newest, other), answers=answers, rounds=(baseline, answers[-1]))
     return continued(subject, replace(begun, pair=True), model, seed)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from footcal_cli.core.diagnosis.weighing import (
     single_rows_p,
     weigh,
 )
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Stage
 from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_flip_mean
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import (
@@ -28,6 +30,9 @@ from footcal_cli.core.inference.scores import (
 )
 from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray, IntArray
+
+WRITTEN = frozenset(name for name, effect in TABLE.items() if effect.stage is Stage.BENCH)
+"""Names of what was written down wrong: a number, which has no form that could be another."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +128,12 @@ def search(
     return Search(tuple(kept), first, evidence, base, tuple(refused))
 
 
+def beside(rules: Rules, effects: Collection[str]) -> Rules:
+    """Rules for a cause beside others, their rivals among them: what has no form leaves none."""
+    exact = len(effects) > 0 and WRITTEN.issuperset(effects)
+    return replace(rules, second_share=rules.later_share) if exact else rules
+
+
 def _occupied(lib: Library, step: Step) -> IntArray:
     """Columns that a step takes out of the contest: itself, its next shapes, its rivals."""
     columns = [step.column, *step.rivals]
@@ -151,6 +162,8 @@ def _next_step(
     total = evidence.gain.sum(axis=0)
     order = np.argsort(-total)
     taken = {lib.problem.signatures[lib.index(s.column)].cause for s in steps}
+    before_it = [c for s in steps for c in (s.column, *s.rivals)]
+    rules = beside(rules, {lib.problem.signatures[lib.index(c)].effect for c in before_it})
     # what is refused for what it buys the user leaves the word to causes that buy more; not beside
     # a cause, whose form a weaker one may be
     refused, later = -np.inf, bool(steps) or lib.problem.accepted is not None

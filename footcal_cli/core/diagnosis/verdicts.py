@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
-from footcal_cli.core.diagnosis.bends import against_bends, bends_of, bent_axes
+from footcal_cli.core.diagnosis.bends import against_bends, bend_left, bends_of, bent_axes
 from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
     enough,
@@ -42,10 +42,11 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     form = _form(path.current, path.model, path.causes, seed)
     unnamed = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
     verdict, share = _verdict(path.rounds, path.causes, form, unnamed, rules, path.removed)
-    if verdict in NAMING and at_an_end(subject, path.causes, path.model):
-        # a size that only its bound stops is the size of something else
+    stopped = at_an_end(subject, path.causes, path.model)
+    if verdict in NAMING and (stopped or bend_left(path.rounds[-1], path.causes)):
+        # a size that only its bound stops is the size of something else, as is a curve's mean gain
         return Verdict.UNKNOWN, share
-    sure = path.pair or all(cause.rivals for cause in path.causes)
+    sure = path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
     sure &= in_other_cells(subject.table, path.causes)
     loose = subject.case.drifts or subject.case.experiment.name == "stand"
     if verdict in NAMING and loose and len(path.causes) > 1 and not sure:
