@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
-from footcal_cli.core.hang.joint import HangOptions
+from footcal_cli.core.hang.joint import HangOptions, fit_hang
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.pose.data import pose_data
@@ -42,7 +42,8 @@ def wiring(case: Case) -> list[Finding]:
             forces[rows], log.channels, arms[rows], reference.fz_n[rows]
         )  # fmt: skip
     if kind == "hang":
-        turned = [turned_when_hanging([log], HangOptions()) for log in case.logs]
+        fits = [([log], HangOptions(), fit_hang([log])) for log in case.logs]
+        turned = [turned_when_hanging(*fit) for fit in fits]
         return [each.finding() for each in turned if each is not None]
     if kind == "pose":
         return _turned_when_standing(log, case.values)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
+from footcal_cli.core.log import Log
+from footcal_cli.core.pose import turned
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.seating import check_turned_standing, standing_axes
+from footcal_cli.core.pose.turned import turned_when_hanging
 from tests.core.pose_cases import Case, case
+from tests.core.six_axis_data import hang
 
 LEG = 1
 HALF_ABOUT_Z = np.diag([-1.0, -1.0, 1.0])
@@ -57,3 +63,30 @@ def test_exchanged_plugs_are_no_mounting_error(stood: Case) -> None:
     assert {f.where for f in elsewhere} == set(names[:2])
     assert all(f"{names[0]}" in f.remedy and f"{names[1]}" in f.remedy for f in elsewhere)
     assert not standing_axes(stood.data, stood.legs, stood.noise_sd, 0.05, 0.005)
+
+
+@pytest.mark.parametrize(("axes", "most_fits"), [([0], 5), ([], 0), ([0, 1, 2], 0)])
+def test_a_hanging_legs_axes_are_screened_without_another_answer(
+    axes: list[int], most_fits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    signs = np.ones(6)
+    signs[axes] = -1.0
+    hung = hang(np.random.default_rng(3), rows=300)
+    logs = [log.with_readings(log.readings * signs) for log in hung.logs]
+    given = fit_hang(logs)
+    fits = 0
+
+    def counted(changed: Sequence[Log], asked: HangOptions) -> HangFit:
+        nonlocal fits
+        fits += 1
+        return fit_hang(changed, asked)
+
+    monkeypatch.setattr(turned, "fit_hang", counted)
+    found = turned_when_hanging(logs, HangOptions(), given)
+    assert fits <= most_fits
+    if axes == [0]:
+        assert found is not None
+        assert "fx" in {channel.split(".")[1] for channel in found.channels}
+    monkeypatch.setattr(turned, "near_the_best", lambda every, *_: every)
+    assert turned_when_hanging(logs, HangOptions(), given) == found
+    assert fits > most_fits

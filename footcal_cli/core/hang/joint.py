@@ -21,8 +21,7 @@ from footcal_cli.core.parameters import Estimates, FloatArray
 from footcal_cli.errors import DataError, FitError
 
 MAX_ORDER = 3
-_MIN_NOISE_DOF = 60
-_PHASE_CONDITION, _VARIES = 1e-4, 1e-14
+_MIN_NOISE_DOF, _VARIES = 60, 1e-14
 _NOISE_ROUNDS = 4
 _INERTIAL_ROUNDS = 2
 _LEVEL_ROUNDS = 6
@@ -175,33 +174,19 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         Hanging logs of one leg (experiment ``hang``), in any orientations.
     """
     asked = options or HangOptions()
-    runs, leg = hang_runs(logs)
-    samples = sum(run.wrench.shape[0] for run in runs)
-    model = _model_of(leg, runs, samples, asked)
-    references = (
-        sum(float(run.temperature_degc.sum()) for run in runs) / samples,
-        sum(float(run.time_s.sum()) for run in runs) / samples,
-    )
-    designs = [
-        model.regressors(
-            run.phase_rad, run.temperature_degc - references[0], run.time_s - references[1]
-        )
-        for run in runs
-    ]
-    rows = [run.log(leg, number, *references) for number, run in enumerate(runs)]
-    grams = [z.T @ z for z in designs]
+    hung = Hung.of(logs, asked)
+    runs, model, designs, grams = hung.runs, hung.model, hung.designs, hung.grams
+    references, weight_n = hung.references, hung.weight_n
+    samples = sum(len(z) for z in designs)
+    rows = [run.log(model.leg, number, *references) for number, run in enumerate(runs)]
     wrenches = [run.wrench for run in runs]
-    weight_n = runs[0].leg_weight_n
-    order = _seen_order(model, grams)
-    if order < model.order:
-        lower = replace(model, order=order)
-        kept, model = lower.among(model), lower
-        designs = [z[:, kept] for z in designs]
-        grams = [gram[np.ix_(kept, kept)] for gram in grams]
     triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     for _ in range(_INERTIAL_ROUNDS if any(run.shaft_radps.any() for run in runs) else 0):
-        first = Reduced.of(designs, wrenches, _white(_TYPICAL_SD), triangles)
-        theta, balance = _fit(first, model, weight_n).estimates.values, HangResidual.of(model)
+        first = Reduced.of(designs, wrenches, white_noise(_TYPICAL_SD), triangles)
+        theta, balance = (
+            fit_reduced(first, model, weight_n).estimates.values,
+            HangResidual.of(model),
+        )
         wrenches = [balance.at_rest(log, theta) for log in rows]
         triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     freedom = samples - sum(z.shape[1] for z in designs)
@@ -215,14 +200,14 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         noise = _noise_from_fit(model, designs, wrenches, weight_n, asked.noise_sd)
     reduced = Reduced.of(designs, wrenches, noise, triangles)
     effective = samples / np.array([channel.samples_per_effective for channel in noise])
-    fit = _fit(reduced, model, weight_n)
+    fit = fit_reduced(reduced, model, weight_n)
     evidence = _order_evidence(model, fit, effective.sum())
     if asked.order is None:
         chosen = replace(model, order=min(evidence, key=evidence.__getitem__))
         if chosen.order < model.order:
             start = _of_order(model, chosen, fit.estimates.values)
             reduced = reduced.only(chosen.among(model))
-            fit = _fit(reduced, chosen, weight_n, start)
+            fit = fit_reduced(reduced, chosen, weight_n, start)
         model = chosen
     fit, level_sd = _with_levels(reduced, model, weight_n, fit)
     return HangFit(
@@ -236,6 +221,55 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
         hang_gaps(model, fit),
         level_sd,
     )
+
+
+@dataclass(frozen=True)
+class Hung:
+    """The logs of one leg as runs, and what predicts them.
+
+    Parameters
+    ----------
+    model
+        With as many harmonics as are asked for or may be tried, and the shaft angles tell apart.
+    designs, grams
+        Regressors z (n, d) of each run, and ``zᵀ z``.
+    references
+        Temperature in degC and time in s that the regressors count from.
+    weight_n
+        Believed weight of the leg.
+    """
+
+    runs: tuple[HangRun, ...]
+    model: HangModel
+    designs: list[FloatArray]
+    grams: list[FloatArray]
+    references: tuple[float, float]
+    weight_n: float
+
+    @classmethod
+    def of(cls, logs: Sequence[Log], asked: HangOptions) -> Hung:
+        """Of hanging logs of one leg."""
+        runs, leg = hang_runs(logs)
+        samples = sum(run.wrench.shape[0] for run in runs)
+        model = _model_of(leg, runs, samples, asked)
+        references = (
+            sum(float(run.temperature_degc.sum()) for run in runs) / samples,
+            sum(float(run.time_s.sum()) for run in runs) / samples,
+        )
+        designs = [
+            model.regressors(
+                run.phase_rad, run.temperature_degc - references[0], run.time_s - references[1]
+            )
+            for run in runs
+        ]
+        grams = [z.T @ z for z in designs]
+        order = model.seen_order(grams)
+        if order < model.order:
+            lower = replace(model, order=order)
+            kept, model = lower.among(model), lower
+            designs = [z[:, kept] for z in designs]
+            grams = [gram[np.ix_(kept, kept)] for gram in grams]
+        return cls(runs, model, designs, grams, references, runs[0].leg_weight_n)
 
 
 def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOptions) -> HangModel:
@@ -263,7 +297,7 @@ def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOption
     )
 
 
-def _fit(
+def fit_reduced(
     reduced: Reduced, model: HangModel, weight_n: float, start: FloatArray | None = None
 ) -> Fit:
     """Weight, offsets, CoM and tilts at their maximum likelihood; what stays unseen is said."""
@@ -289,11 +323,11 @@ def _with_levels(
     if not sd.any():
         return fit, sd
     for _ in range(_LEVEL_ROUNDS - 1):
-        fit = _fit(reduced.with_levels(0, sd), model, weight_n, fit.estimates.values)
+        fit = fit_reduced(reduced.with_levels(0, sd), model, weight_n, fit.estimates.values)
         sd, _ = levels(sd)
     # an sd from few levels: as wide as Student's intervals
     wide = np.asarray(sd * stats.t.ppf(0.975, np.maximum(freedom, 1.0)) / stats.norm.ppf(0.975))
-    return _fit(reduced.with_levels(0, wide), model, weight_n, fit.estimates.values), wide
+    return fit_reduced(reduced.with_levels(0, wide), model, weight_n, fit.estimates.values), wide
 
 
 def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, float]:
@@ -323,17 +357,6 @@ def _of_order(full: HangModel, lower: HangModel, theta: FloatArray) -> FloatArra
     return lower.join(fewer, theta[theta.size - tilts :])
 
 
-def _seen_order(model: HangModel, grams: Sequence[FloatArray]) -> int:
-    """Harmonics that the shaft angles can tell apart; 0 for a leg that does not turn."""
-    columns = model.com_columns
-    gram = np.sum([g[:columns, :columns] for g in grams], axis=0)
-    for order in range(model.order, 0, -1):
-        kept = 1 + 2 * order
-        if np.linalg.eigvalsh(gram[:kept, :kept] / gram[0, 0])[0] > _PHASE_CONDITION:
-            return order
-    return 0
-
-
 def _noise_from_fit(
     model: HangModel,
     designs: Sequence[FloatArray],
@@ -354,8 +377,8 @@ def _noise_from_fit(
     sd = _TYPICAL_SD if noise_sd is None else np.asarray(noise_sd, dtype=float)
     triangles = [triangle(z, w) for z, w in zip(designs, wrenches, strict=True)]
     for _ in range(_NOISE_ROUNDS if noise_sd is None else 0):
-        reduced = Reduced.of(designs, wrenches, _white(sd), triangles)
-        theta = _fit(reduced, model, weight_n).estimates.values
+        reduced = Reduced.of(designs, wrenches, white_noise(sd), triangles)
+        theta = fit_reduced(reduced, model, weight_n).estimates.values
         table = HangResidual.of(model).coefficients(theta)
         left = np.concatenate(
             [w - z @ c.T for z, w, c in zip(designs, wrenches, table, strict=True)]
@@ -368,8 +391,9 @@ def _noise_from_fit(
         share = 1.0 - min(theta.size / left.size, 0.9)
         force, torque = (float(np.sqrt(np.mean(part**2) / share)) for part in np.split(left, 2, 1))
         sd = np.maximum([force] * 3 + [torque] * 3, _LEAST_NOISE * weight_n)
-    return _white(sd)
+    return white_noise(sd)
 
 
-def _white(sd: FloatArray) -> tuple[ChannelNoise, ...]:
+def white_noise(sd: FloatArray) -> tuple[ChannelNoise, ...]:
+    """Independent samples of these sd, one per channel."""
     return tuple(ChannelNoise(np.empty(0), float(s), float(s)) for s in sd)

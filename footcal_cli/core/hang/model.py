@@ -9,6 +9,7 @@ gravity is linear in z, with coefficients that `hang.effect.HangResidual` reads 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -31,6 +32,7 @@ _NEAR_AXIS = np.cos(np.deg2rad(30.0))
 _WEIGHT_SD_N = 100.0
 _OFFSET_SD = (1000.0, 1000.0, 1000.0, 100.0, 100.0, 100.0)
 _COM_SD_M = 1.0
+_PHASE_CONDITION = 1e-4
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,22 @@ class HangModel:
         """Which regressors of a model with more harmonics are its own."""
         total = full.com_columns + self.temperature + self.drift
         return np.asarray(np.r_[: self.com_columns, full.com_columns : total], dtype=np.int64)
+
+    def seen_order(self, grams: Sequence[FloatArray]) -> int:
+        """Harmonics that the shaft angles can tell apart; 0 for a leg that does not turn.
+
+        Parameters
+        ----------
+        grams
+            ``zᵀ z`` of each log, shape (d, d).
+        """
+        columns = self.com_columns
+        gram = np.sum([g[:columns, :columns] for g in grams], axis=0)
+        for order in range(self.order, 0, -1):
+            kept = 1 + 2 * order
+            if np.linalg.eigvalsh(gram[:kept, :kept] / gram[0, 0])[0] > _PHASE_CONDITION:
+                return order
+        return 0
 
     @cached_property
     def tilt_design(self) -> FloatArray:

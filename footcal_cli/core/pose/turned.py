@@ -19,6 +19,7 @@ from footcal_cli.core.experiments.walk import balance, feet_of
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
+from footcal_cli.core.hang.signs import misfit_by_signs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
@@ -73,17 +74,40 @@ def _parts(channel: str) -> tuple[str, str]:
     return leg, axis
 
 
-def turned_when_hanging(logs: Sequence[Log], asked: HangOptions) -> TurnedAxis | None:
-    """The axis of one hanging leg whose sign is turned, if any."""
+def turned_when_hanging(
+    logs: Sequence[Log], asked: HangOptions, given: HangFit
+) -> TurnedAxis | None:
+    """The axis of one hanging leg whose sign is turned, if any.
+
+    Parameters
+    ----------
+    given
+        The fit of these logs, as asked, with no sign turned.
+    """
     channels = logs[0].channels
+    runs = hang_runs(logs)[0]
+    sd = np.array([channel.sd for channel in given.noise])
+    roughly = misfit_by_signs(logs, asked, given)
+    # what the turning of the leg adds, which the rough fit does not know
+    still = zip(runs, given.at_rest(runs), strict=True)
+    added = _norm([run.wrench - rest for run, rest in still], sd)
 
     def misfit(signs: FloatArray, _beyond: float) -> float:
         changed = [log.with_readings(log.readings * signs) for log in logs]
         fit = fit_hang(changed, asked)
-        sd = np.array([channel.sd for channel in fit.noise])
-        return float(sum(np.sum((part / sd) ** 2) for part in fit.residuals(hang_runs(changed)[0])))
+        own = np.array([channel.sd for channel in fit.noise])
+        return _norm(fit.residuals(hang_runs(changed)[0]), own) ** 2
 
-    return _most_improved(misfit, channels)
+    def screened(signs: FloatArray, beyond: float) -> float:
+        left = roughly(signs)
+        return np.inf if np.sqrt(left) > np.sqrt(beyond) + added else left
+
+    return _most_improved(misfit, channels, screened, _norm(given.residuals(runs), sd) ** 2)
+
+
+def _norm(parts: Sequence[FloatArray], sd: FloatArray) -> float:
+    """Root of the sum of squares of (n, c) parts over the channels' sd."""
+    return float(np.sqrt(sum(np.sum((part / sd) ** 2) for part in parts)))
 
 
 def turned_when_standing(
@@ -103,7 +127,7 @@ def turned_when_standing(
     def roughly(signs: FloatArray, beyond: float) -> float:
         return misfit_of_poses(turned(signs), legs, noise_sd, options, beyond, ROUGH_STEPS)
 
-    return _most_improved(misfit, channels, roughly)
+    return _most_improved(misfit, channels, roughly, misfit(np.ones(len(channels)), np.inf))
 
 
 Back = TypeVar("Back")
@@ -126,13 +150,11 @@ Misfit = Callable[[FloatArray, float], float]
 
 
 def _most_improved(
-    misfit: Misfit, channels: Sequence[str], roughly: Misfit | None = None
+    misfit: Misfit, channels: Sequence[str], roughly: Misfit, before: float
 ) -> TurnedAxis | None:
-    before = misfit(np.ones(len(channels)), np.inf)
     beyond = (1.0 + AS_GOOD) * SHARE_LEFT * before
-    tried = list(1.0 - 2.0 * np.eye(len(channels)))
-    if roughly is not None:
-        tried = near_the_best(tried, lambda signs: roughly(signs, beyond), before)
+    every = list(1.0 - 2.0 * np.eye(len(channels)))
+    tried = near_the_best(every, lambda signs: roughly(signs, beyond), before)
     if not tried:
         return None
     channels = [channels[int(np.argmin(signs))] for signs in tried]
@@ -313,7 +335,7 @@ def hanging_axes(
     for leg, own in logs.items():
         turned = check_turned_hanging(leg, own)
         if turned or fits[leg].misfit(hang_runs(own)[0]) > POOR:
-            axis = turned_when_hanging(own, options)
+            axis = turned_when_hanging(own, options, fits[leg])
             turned = turned if axis is None else [axis.finding()]
         found += turned
     return found
