@@ -53,10 +53,7 @@ def at_its_moment(
     times = _between_neighbours(max(subject.case.logs, key=len), np.unique([found, *known]), found)
     left = subject.problem if model is None else subject.bare(model, others)
     ideal = balanced(subject.case, subject.case.values) if model is None else model.ideal
-    tried = [
-        replace(signature, shape=tuple({**dict(signature.shape), moment: float(time)}.items()))
-        for time in times
-    ]
+    tried = [_at(signature, moment, float(time)) for time in times]
     taken = _explained(left, [_column(subject, ideal, at) for at in tried])
     best = int(np.argmax(taken))
     # of so many rows one explains that much more of noise alone
@@ -65,19 +62,39 @@ def at_its_moment(
     return tried[best]
 
 
-def best_at(subject: Subject, moment_s: float) -> Signature | None:
-    """What explains most of all that may begin at a time, s since the start; None without any."""
+def best_between(subject: Subject, after_s: float, before_s: float) -> Signature | None:
+    """What explains most of all that may begin between two times, s since the start.
+
+    First which cause, at the middle; then at which of its rows. None without any.
+    """
     ideal, problem = balanced(subject.case, subject.case.values), subject.problem
+    middle = 0.5 * (after_s + before_s)
     placed: dict[object, Signature] = {}
     for signature in problem.signatures:
         moment = _moment_of(subject.table[signature.effect])
         if moment is not None:
-            shape = {**dict(signature.shape), moment: moment_s}
-            placed[signature.cause] = replace(signature, shape=tuple(shape.items()))
-    tried = list(placed.values())
+            placed[signature.cause] = _at(signature, moment, middle)
+    found = _best(subject, ideal, list(placed.values()))
+    if found is None:
+        return None
+    log = max(subject.case.judged, key=len)
+    since = log.time_s - log.time_s[0]
+    times = since[(since > after_s) & (since < before_s)]
+    moment = _moment_of(subject.table[found.effect]) or ""
+    return _best(subject, ideal, [found, *(_at(found, moment, float(time)) for time in times)])
+
+
+def _at(signature: Signature, moment: str, time_s: float) -> Signature:
+    shape = {**dict(signature.shape), moment: time_s}
+    return replace(signature, shape=tuple(shape.items()))
+
+
+def _best(subject: Subject, ideal: Case, tried: Sequence[Signature]) -> Signature | None:
+    """The signature that explains most beside the calibration, the first of equals."""
+    if not tried:
+        return None
     columns = [_column(subject, ideal, signature) for signature in tried]
-    taken = _explained(problem, columns) if columns else []
-    return tried[int(np.argmax(taken))] if taken else None
+    return tried[int(np.argmax(_explained(subject.problem, columns)))]
 
 
 def _column(subject: Subject, ideal: Case, signature: Signature) -> FloatArray:

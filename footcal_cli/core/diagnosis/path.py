@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
 from footcal_cli.core.diagnosis.jumps import Jump, largest_jump
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
-from footcal_cli.core.diagnosis.moments import best_at
+from footcal_cli.core.diagnosis.moments import best_between
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
@@ -146,9 +146,8 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     jump = largest_jump(problem, left_by(problem.fitted, problem.residual, _RCOND))
     if jump.p >= rules.alpha_small:
         return None
-    # all that is known of the moment is that it lay between two swings
-    between = 0.5 * (jump.after_s + jump.before_s)
-    signature = best_at(subject, between - float(subject.case.logs[0].time_s[0]))
+    start = float(subject.case.logs[0].time_s[0])
+    signature = best_between(subject, jump.after_s - start, jump.before_s - start)
     if signature is None:
         return None
     cause = _untested(signature, jump.p)

@@ -11,6 +11,7 @@ least squares, and the t quantiles use Satterthwaite's degrees of freedom.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import stats
@@ -71,33 +72,50 @@ class BlockFit:
 class _Blocks:
     """Sums per block from which the likelihood at any variance ratios follows.
 
-    `square` is ``ZᵀZ`` (g, q, q), `cross` ``ZᵀX`` (g, q, p), `pull` ``Zᵀy`` (g, q) of each block.
+    `square` is ``ZᵀZ`` (g, q, q) and `cross` ``Zᵀ[X y]`` (g, q, p + 1) of each block, `whole`
+    ``[X y]ᵀ[X y]`` (p + 1, p + 1) of all; q is 1 or 2.
     """
 
     square: FloatArray
     cross: FloatArray
-    pull: FloatArray
-    gram: FloatArray
-    moment: FloatArray
-    energy: float
+    whole: FloatArray
+
+    @cached_property
+    def _pairs(self) -> FloatArray:
+        """Products of each block's rows of `cross`, shape (g q q, (p + 1)²)."""
+        products = np.einsum("gka,glb->gklab", self.cross, self.cross)
+        return np.asarray(products.reshape(-1, self.whole.size))
+
+    @cached_property
+    def _polynomials(self) -> tuple[FloatArray, FloatArray]:
+        """Of 1 + Λ ZᵀZ: what λ (or λ₁, λ₂, λ₁λ₂) add to its determinant, and to Λ adj(…)."""
+        blocks, q, _ = self.square.shape
+        first = self.square[:, 0, 0]
+        if q == 1:
+            return first[None], np.ones((1, blocks))
+        second, across = self.square[:, 1, 1], self.square[:, 0, 1]
+        adjugates = np.zeros((3, blocks, 2, 2))
+        adjugates[0, :, 0, 0] = adjugates[1, :, 1, 1] = 1.0
+        adjugates[2, :, 0, 0], adjugates[2, :, 1, 1] = second, first
+        adjugates[2, :, 0, 1] = adjugates[2, :, 1, 0] = -across
+        minors = np.stack([first, second, first * second - across**2])
+        return minors, adjugates.reshape(3, -1)
 
     def shrink(self, ratio: FloatArray) -> tuple[FloatArray, float]:
-        """``(Λ⁻¹ + ZᵀZ)⁻¹`` of each block, shape (g, q, q), and ``Σ ln det(1 + Λ ZᵀZ)``."""
-        root = np.sqrt(ratio)
-        inner = np.eye(root.size) + root[:, None] * self.square * root
-        taken = root[:, None] * np.linalg.inv(inner) * root
-        return taken, float(np.sum(np.linalg.slogdet(inner)[1]))
+        """``(Λ⁻¹ + ZᵀZ)⁻¹`` of each block, shape (g, q, q), and ``Σ ln det(1 + Λ ZᵀZ)``.
 
-    def normal(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray, float, float]:
-        """``XᵀV⁻¹X, XᵀV⁻¹y, yᵀV⁻¹y`` in units of σ_e², and ``ln det V``."""
+        In closed form (Cramer's rule): the search for the ratios asks for it ten thousand times.
+        """
+        minors, adjugates = self._polynomials
+        powers = np.concatenate([ratio, ratio[:1] * ratio[1:]])
+        det = 1.0 + powers @ minors
+        taken = (powers @ adjugates).reshape(self.square.shape) / det[:, None, None]
+        return taken, float(np.sum(np.log(det)))
+
+    def normal(self, ratio: FloatArray) -> tuple[FloatArray, float]:
+        """``[X y]ᵀ V⁻¹ [X y]`` in units of σ_e², shape (p + 1, p + 1), and ``ln det V``."""
         taken, log_det = self.shrink(ratio)
-        carried = np.einsum("gkp,gkl->glp", self.cross, taken)
-        return (
-            self.gram - np.einsum("glp,glr->pr", carried, self.cross),
-            self.moment - np.einsum("glp,gl->p", carried, self.pull),
-            self.energy - float(np.einsum("gk,gkl,gl->", self.pull, taken, self.pull)),
-            log_det,
-        )
+        return self.whole - (taken.ravel() @ self._pairs).reshape(self.whole.shape), log_det
 
 
 def fit_blocks(
@@ -135,8 +153,9 @@ def fit_blocks(
     shared = shared / np.where(width > 0, width, 1.0)
     sums = _sums(scaled, target, index if many else np.zeros(n, dtype=np.int64), shared)
     ratio = _reml_ratios(sums, n, p) if many else np.zeros(shared.shape[1])
-    normal, moment, energy, _ = sums.normal(ratio)
-    inverse = _inverse(normal)
+    normal, _ = sums.normal(ratio)
+    moment, energy = normal[:-1, -1], float(normal[-1, -1])
+    inverse = _inverse(normal[:-1, :-1])
     beta = inverse @ moment
     dof = max(n - rank, 1)
     left = target - scaled @ beta
@@ -167,45 +186,38 @@ def _inverse(normal: FloatArray) -> FloatArray:
 
 def _sums(design: FloatArray, target: FloatArray, index: IntArray, shared: FloatArray) -> _Blocks:
     blocks, q = int(index.max()) + 1, shared.shape[1]
-    cross = np.zeros((blocks, q, design.shape[1]))
-    np.add.at(cross, index, shared[:, :, None] * design[:, None])
+    both = np.column_stack([design, target])
+    cross = np.zeros((blocks, q, both.shape[1]))
+    np.add.at(cross, index, shared[:, :, None] * both[:, None])
     square = np.zeros((blocks, q, q))
     np.add.at(square, index, shared[:, :, None] * shared[:, None])
-    pull = np.zeros((blocks, q))
-    np.add.at(pull, index, shared * target[:, None])
-    return _Blocks(
-        square=square,
-        cross=cross,
-        pull=pull,
-        gram=design.T @ design,
-        moment=design.T @ target,
-        energy=float(target @ target),
-    )
+    return _Blocks(square, cross, both.T @ both)
 
 
 def _reml_ratios(sums: _Blocks, n: int, p: int) -> FloatArray:
     """λ_k = σ_k²/σ_e² that maximise the restricted likelihood, kept off zero, shape (q,)."""
 
     def deviance(log_ratio: FloatArray) -> float:
-        normal, moment, energy, log_det = sums.normal(np.exp(log_ratio))
-        values, vectors = np.linalg.eigh(normal)
+        normal, log_det = sums.normal(np.exp(log_ratio))
+        values, vectors = np.linalg.eigh(normal[:-1, :-1])
         seen = values > 1e-12 * values[-1]  # a design short of rank has no other determinant
-        projected = vectors[:, seen].T @ moment
-        rss = max(energy - float(np.sum(projected**2 / values[seen])), np.finfo(float).tiny)
+        projected = vectors[:, seen].T @ normal[:-1, -1]
+        left = float(normal[-1, -1]) - float(np.sum(projected**2 / values[seen]))
+        rss = max(left, np.finfo(float).tiny)
         spread = float(np.sum(np.log(values[seen])))
         return (n - p) * float(np.log(rss)) + log_det + spread
 
     def cost(log_ratio: FloatArray) -> float:
         return deviance(log_ratio) - _BOUNDARY_WEIGHT * float(np.sum(log_ratio))
 
-    low, high = _LOG_RATIO_RANGE
+    (low, high), q = _LOG_RATIO_RANGE, sums.square.shape[1]
     # the offsets alone first: with them known, one more search finds the gains
     alone = minimize_scalar(
-        lambda z: cost(np.concatenate([[z], np.full(sums.pull.shape[1] - 1, low)])),
+        lambda z: cost(np.concatenate([[z], np.full(q - 1, low)])),
         bounds=_LOG_RATIO_RANGE,
         method="bounded",
     )
-    if sums.pull.shape[1] == 1:
+    if q == 1:
         return np.array([np.exp(alone.x)])
     gain = minimize_scalar(
         lambda z: cost(np.array([alone.x, z])), bounds=_LOG_RATIO_RANGE, method="bounded"
@@ -235,9 +247,9 @@ def _satterthwaite(
     leaves free.
     """
     taken, _ = sums.shrink(ratio)
-    carried = np.einsum("gkl,glp->gkp", taken, sums.cross)[index]
+    carried = np.einsum("gkl,glp->gkp", taken, sums.cross[..., :-1])[index]
     weights = (design - np.einsum("nk,nkp->np", shared, carried)) @ inverse
-    (n, p), blocks = design.shape, sums.pull.shape[0]
+    (n, p), blocks = design.shape, sums.square.shape[0]
     within = np.sum(weights**2, axis=0)
     total, spread = within, within**2 / max(n - blocks - p + 1, 1)
     free = _free_blocks(sums)
@@ -257,7 +269,7 @@ def _free_blocks(sums: _Blocks) -> FloatArray:
     what their scatter is known from.
     """
     blocks, q, _ = sums.cross.shape
-    own = np.linalg.pinv(sums.square, hermitian=True) @ sums.cross
+    own = np.linalg.pinv(sums.square, hermitian=True) @ sums.cross[..., :-1]
     free = np.empty(q)
     for k in range(q):
         norms = np.linalg.norm(own[:, k], axis=0)
