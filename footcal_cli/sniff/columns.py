@@ -23,6 +23,7 @@ from footcal_cli.sniff.clocks import (
     unwrapped_counter,
 )
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
+from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import STATISTICS, name_guess
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.registers import joined_registers
@@ -190,7 +191,8 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = _without_silent([_numbered(column) for column in _one_statistic(columns)])
+    found = without_supply(_one_statistic(columns))
+    found = _without_silent([_numbered(column) for column in found])
     found = _only_numbers(one_time(first_in_time(found)))
     found = _newtons(found)
     if not any(column.quantity == "load" for column in found):

@@ -158,6 +158,8 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     pressures = [c for c in file.of("pressure") if c.values is not None]
     if not loads and len(pressures) == 1:
         why = "a pressure that all readings are under: its unit times an area is the load"
+        # readings that are newtons already are no cells under it, as of a motor's chamber
+        cells = [] if any(c.unit in FORCES for c in cells) else cells
         return ([pressures[0].as_quantity("load", "guess", why)], cells) if cells else ([], [])
     added = [c for c in loads if ADDED & set(words_of(c.column))]
     if len(loads) > len(added):

@@ -18,7 +18,11 @@ from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
 _WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE)
 _POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
-_NO_WRENCH = re.compile(r"pose|position|speed|vel|foot|feet|joint|target", re.IGNORECASE)
+_NO_WRENCH = re.compile(
+    r"pose|position|speed|vel|foot|feet|joint|target|leg|strut|actuator|cable|tendon",
+    re.IGNORECASE,
+)
+"""Also forces along legs, struts and cables: six of a platform are no wrench."""
 _ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
 _WHOLE_TURN_DEG = 360.0
 _GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9

@@ -18,6 +18,7 @@ from tests.strangers import (
     fourth,
     later,
     legged,
+    nineteenth,
     ninth,
     seen,
     seen_wrists,
@@ -106,6 +107,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "sixteenth",
         "seventeenth",
         "eighteenth",
+        "nineteenth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -113,7 +115,7 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
         "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
         "fifteenth": fifteenth.FIFTEENTH, "seventeenth": seventeenth.SEVENTEENTH,
-        "eighteenth": eighteenth.EIGHTEENTH,
+        "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),
