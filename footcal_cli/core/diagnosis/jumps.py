@@ -6,7 +6,7 @@ next they move by little, and by as much at any time; a jump of many times that 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,17 +102,23 @@ def at_rest(problem: Problem, name: str) -> tuple[FloatArray, FloatArray, str]:
     assert problem.traces is not None, "a walk"
     number = problem.traces.names.index(name)
     of_channel = problem.traces.channel == number
-    shared = [
-        o for o in range(len(problem.outputs))
-        if np.unique(problem.traces.channel[problem.output == o]).size > 1
-    ]  # fmt: skip
-    rows = np.flatnonzero(of_channel & np.isin(problem.output, shared))
+    rows = np.flatnonzero(of_channel & np.isin(problem.output, list(_pooled(problem))))
     time_s = problem.traces.time_s[rows]
     swing = _numbers(problem, time_s)
     count = np.bincount(swing)
     values = problem.residual[rows] * problem.noise[rows]
     unit = problem.units[int(problem.output[rows[0]])]
     return np.bincount(swing, time_s) / count, np.bincount(swing, values) / count, unit
+
+
+def _pooled(problem: Problem) -> Mapping[int, IntArray]:
+    """Outputs that several channels share, as those of feet in the air do, and these channels."""
+    assert problem.traces is not None, "a walk"
+    channels = {
+        o: np.unique(problem.traces.channel[problem.output == o])
+        for o in range(len(problem.outputs))
+    }
+    return {o: own for o, own in channels.items() if own.size > 1}
 
 
 def _numbers(problem: Problem, time_s: FloatArray) -> IntArray:
@@ -150,10 +156,7 @@ def _swings(problem: Problem, residual: FloatArray) -> Iterator[_Swings]:
     if problem.traces is None or problem.rate_hz <= 0 or problem.settings is not None:
         return
     channel, time_s = problem.traces.channel, problem.traces.time_s
-    for o in range(len(problem.outputs)):
-        own = np.unique(channel[problem.output == o])
-        if own.size < 2:
-            continue
+    for o, own in _pooled(problem).items():
         feet: dict[bytes, list[FloatArray]] = {}
         for c in own:
             rows = np.flatnonzero((channel == c) & (problem.output == o))
