@@ -41,6 +41,8 @@ class Jump:
         Between which stamps of the problem it happened; not numbers where nothing rests.
     usual, unit
         Sd by which that channel differs from one swing to the next, and its output's unit.
+    size
+        In units of what is usual.
     """
 
     p: float = 1.0
@@ -48,6 +50,15 @@ class Jump:
     before_s: float = np.nan
     usual: float = 0.0
     unit: str = ""
+    size: float = 0.0
+
+    def is_form_of(self, other: Jump, share: float) -> bool:
+        """Whether it lies where the other one does, and is at most a share of it.
+
+        A mount that settles after a tug leaves a small jump beside the step that is named for it.
+        """
+        near = self.after_s <= other.before_s and self.before_s >= other.after_s
+        return near and self.size <= share * other.size
 
 
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
@@ -83,7 +94,8 @@ def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
             p = 2.0 * float(stats.t.sf(size.max(), _MEDIAN_EFFICIENCY * known))
             if p < found.p:
                 last, first = (float(t) for t in swing.time_s[at + count - 1 : at + count + 1])
-                found = Jump(p, last, first, float(swing.usual[channel]), swing.unit)
+                usual_of_it = float(swing.usual[channel])
+                found = Jump(p, last, first, usual_of_it, swing.unit, float(size.max()))
             tests += step.size / count
     return replace(found, p=min(1.0, tests * found.p)) if tests else found
 
