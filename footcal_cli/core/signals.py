@@ -226,6 +226,15 @@ def interpolate_stream(
     return merged, inside & np.isfinite(merged).all(axis=1)
 
 
+def interpolate_slow(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatArray | None:
+    """What changes slowly, as a temperature does, at other times, its gaps filled in by lines.
+
+    None where nothing of it is known.
+    """
+    known = np.isfinite(values) & np.isfinite(time_s)
+    return np.interp(at_s, time_s[known], values[known]) if known.any() else None
+
+
 def low_pass(
     values: FloatArray, rate_hz: float, cutoff_hz: float = CUTOFF_HZ, *, causal: bool = False
 ) -> FloatArray:

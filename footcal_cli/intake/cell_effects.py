@@ -20,6 +20,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.streams import SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import interpolate_slow
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import Robot
 from footcal_cli.records.effects import effect_of
@@ -116,10 +117,11 @@ def without_cell_effects(
     gain_sd, bias_sd_n = np.zeros(count), np.zeros(count)
     findings: tuple[Finding, ...] = ()
     if any("temperature_degc" in item.effect.needs for item in links):
-        known = temperature_degc is not None and bool(np.isfinite(temperature_degc).any())
-        if temperature_degc is not None and known:
-            warmth = _without_gaps(stream.time_s, temperature_degc)
-        else:
+        warmth = (
+            None if temperature_degc is None
+            else interpolate_slow(stream.time_s, temperature_degc, np.nan_to_num(stream.time_s))
+        )  # fmt: skip
+        if warmth is None:
             middle, half = temperature_range(record)
             warmth = np.full(rows, middle)
             gain_sd, bias_sd_n = temperature_doubt(values, stream.channels, half)
@@ -143,14 +145,6 @@ def without_cell_effects(
         findings,
         left,
     )
-
-
-def _without_gaps(time_s: FloatArray, values: FloatArray) -> FloatArray:
-    """Temperatures change slowly: gaps are filled in by straight lines."""
-    known = np.isfinite(values) & np.isfinite(time_s)
-    if not known.any():
-        return np.full(values.size, float(np.nanmean(values)))
-    return np.interp(np.nan_to_num(time_s), time_s[known], values[known])
 
 
 def temperature_range(record: ParametersRecord) -> tuple[float, float]:

@@ -28,6 +28,7 @@ from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, Senso
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import interpolate_slow
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
 from footcal_cli.errors import DataError, UsageError
@@ -166,11 +167,7 @@ def _temperature(table: Table, stream: SensorStream, merged: Merged) -> FloatArr
     """Temperature at the rows of a merged log; it changes slowly."""
     if "temperature_degc" not in table:
         return None
-    shown = table.number("temperature_degc")
-    there = np.isfinite(shown) & np.isfinite(stream.time_s)
-    if not there.any():
-        return None
-    return np.interp(merged.log.time_s, stream.time_s[there], shown[there])
+    return interpolate_slow(stream.time_s, table.number("temperature_degc"), merged.log.time_s)
 
 
 def _checked_cells(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
-from footcal_cli.core.diagnosis.jumps import at_rest
+from footcal_cli.core.diagnosis.jumps import Jump, at_rest
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.plots.diagnosis.jump import channel_of, in_words, plot_jump
@@ -54,6 +54,28 @@ def test_a_jump_is_named_with_its_cell_its_moment_and_an_interval_that_holds() -
         errors.append((stated.value - size) / ((stated.high - stated.low) / (2 * 1.96)))
     # chi-squared of six: 99 % of RMS errors lie between 0.34 and 1.76 sd
     assert 0.34 < np.sqrt(np.mean(np.square(errors))) < 1.76
+
+
+def test_what_settles_after_a_jump_is_its_form_and_another_jump_is_not() -> None:
+    jump = Jump(1e-20, after_s=27.0, before_s=28.0, size=20.0)
+    settling = Jump(1e-4, after_s=28.0, before_s=29.0, size=4.0)
+    assert settling.is_form_of(jump, 0.25)
+    assert not replace(settling, size=6.0).is_form_of(jump, 0.25)
+    assert not replace(settling, after_s=30.0, before_s=31.0).is_form_of(jump, 0.25)
+
+
+def test_a_jump_that_settles_is_named_all_the_same() -> None:
+    """A fifth of it comes within seconds: no form of the table, and nothing else that jumps."""
+    cell, size, at = drawn(1)
+    case = walk_case(1, None, duration_s=DURATION_S)
+    (log,) = case.logs
+    since = log.time_s - log.time_s[0] - at
+    readings = log.readings.copy()
+    moved = np.where(since >= 0.0, size * (1.0 - 0.2 * np.exp(-np.maximum(since, 0.0) / 3.0)), 0.0)
+    readings[:, ROBOT.channels.index(cell)] += moved / case.values[f"{cell}.scale"]
+    found = investigate(replace(case, logs=(replace(log, readings=readings),)), TABLE, describe)
+    assert names(found) == {"bias_jump"}
+    assert found.found[0].owner == cell
 
 
 @pytest.mark.parametrize("seed", [20, 21])

@@ -20,7 +20,7 @@ from footcal_cli.core.diagnosis.path import (
     jumped,
     together,
 )
-from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
+from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
@@ -214,7 +214,7 @@ def _searched(
     The next one counts where the one before does not hold without single blocks.
     """
     once = jumped(subject, path, seed)
-    if once and not _jumps(once):
+    if once:
         more = leftover(once.rounds[-1].before, rules)
         yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
         return
@@ -243,12 +243,6 @@ def _searched(
     if another:
         yield another
     yield (path, *judged(subject, path, rules, seed))
-
-
-def _jumps(path: Path) -> bool:
-    """Whether something still jumps beside the names of a path."""
-    last = path.rounds[-1]
-    return last.before.spell_p < last.rules.alpha_unknown * LEVEL_SHARE["spell"]
 
 
 def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:

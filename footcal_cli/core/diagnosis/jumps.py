@@ -6,7 +6,7 @@ next they move by little, and by as much at any time; a jump of many times that 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,6 +41,8 @@ class Jump:
         Between which stamps of the problem it happened; not numbers where nothing rests.
     usual, unit
         Sd by which that channel differs from one swing to the next, and its output's unit.
+    size
+        In units of what is usual.
     """
 
     p: float = 1.0
@@ -48,6 +50,15 @@ class Jump:
     before_s: float = np.nan
     usual: float = 0.0
     unit: str = ""
+    size: float = 0.0
+
+    def is_form_of(self, other: Jump, share: float) -> bool:
+        """Whether it lies where the other one does, and is at most a share of it.
+
+        A mount that settles after a tug leaves a small jump beside the step that is named for it.
+        """
+        near = self.after_s <= other.before_s and self.before_s >= other.after_s
+        return near and self.size <= share * other.size
 
 
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
@@ -83,7 +94,8 @@ def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
             p = 2.0 * float(stats.t.sf(size.max(), _MEDIAN_EFFICIENCY * known))
             if p < found.p:
                 last, first = (float(t) for t in swing.time_s[at + count - 1 : at + count + 1])
-                found = Jump(p, last, first, float(swing.usual[channel]), swing.unit)
+                usual_of_it = float(swing.usual[channel])
+                found = Jump(p, last, first, usual_of_it, swing.unit, float(size.max()))
             tests += step.size / count
     return replace(found, p=min(1.0, tests * found.p)) if tests else found
 
@@ -102,17 +114,23 @@ def at_rest(problem: Problem, name: str) -> tuple[FloatArray, FloatArray, str]:
     assert problem.traces is not None, "a walk"
     number = problem.traces.names.index(name)
     of_channel = problem.traces.channel == number
-    shared = [
-        o for o in range(len(problem.outputs))
-        if np.unique(problem.traces.channel[problem.output == o]).size > 1
-    ]  # fmt: skip
-    rows = np.flatnonzero(of_channel & np.isin(problem.output, shared))
+    rows = np.flatnonzero(of_channel & np.isin(problem.output, list(_pooled(problem))))
     time_s = problem.traces.time_s[rows]
     swing = _numbers(problem, time_s)
     count = np.bincount(swing)
     values = problem.residual[rows] * problem.noise[rows]
     unit = problem.units[int(problem.output[rows[0]])]
     return np.bincount(swing, time_s) / count, np.bincount(swing, values) / count, unit
+
+
+def _pooled(problem: Problem) -> Mapping[int, IntArray]:
+    """Outputs that several channels share, as those of feet in the air do, and these channels."""
+    assert problem.traces is not None, "a walk"
+    channels = {
+        o: np.unique(problem.traces.channel[problem.output == o])
+        for o in range(len(problem.outputs))
+    }
+    return {o: own for o, own in channels.items() if own.size > 1}
 
 
 def _numbers(problem: Problem, time_s: FloatArray) -> IntArray:
@@ -150,10 +168,7 @@ def _swings(problem: Problem, residual: FloatArray) -> Iterator[_Swings]:
     if problem.traces is None or problem.rate_hz <= 0 or problem.settings is not None:
         return
     channel, time_s = problem.traces.channel, problem.traces.time_s
-    for o in range(len(problem.outputs)):
-        own = np.unique(channel[problem.output == o])
-        if own.size < 2:
-            continue
+    for o, own in _pooled(problem).items():
         feet: dict[bytes, list[FloatArray]] = {}
         for c in own:
             rows = np.flatnonzero((channel == c) & (problem.output == o))

@@ -19,7 +19,7 @@ from footcal_cli.core.diagnosis.jumps import Jump, largest_jump
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.moments import best_between
-from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
@@ -138,7 +138,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
 
     Returns
     -------
-    None where nothing surely jumps, or nothing of the table jumps there.
+    None where nothing surely jumps, nothing of the table jumps there, or something else jumps too.
     """
     problem, rules = subject.problem, path.rounds[0].rules
     if not problem.drifts or len(subject.case.logs) > 1:
@@ -154,7 +154,12 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     model = refitted_with(subject, [cause], None)
     model = replace(model, intervals=_of_one_step(subject, cause, model, jump))
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
-    return continued(subject, begun, model, seed)
+    ended = continued(subject, begun, model, seed)
+    left = largest_jump(
+        ended.current, left_by(ended.current.fitted, ended.current.residual, _RCOND)
+    )
+    form = left.is_form_of(jump, rules.second_share)
+    return ended if form or left.p >= rules.alpha_unknown * LEVEL_SHARE["spell"] else None
 
 
 def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tuple[Interval, ...]:

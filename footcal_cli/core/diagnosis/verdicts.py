@@ -42,9 +42,15 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     form = _form(path.current, path.model, path.causes, seed)
     unnamed = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
     verdict, share = _verdict(path.rounds, path.causes, form, unnamed, rules, path.removed)
-    stopped = at_an_end(subject, path.causes, path.model)
-    if verdict in NAMING and (stopped or bend_left(path.rounds[-1], path.causes)):
-        # a size that only its bound stops is the size of something else, as is a curve's mean gain
+    last = path.rounds[-1]
+    copied = (
+        at_an_end(subject, path.causes, path.model)
+        or bend_left(last, path.causes)
+        or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
+    )
+    if verdict in NAMING and copied:
+        # a size that only its bound stops is the size of something else, as is a curve's mean gain,
+        # and what others are in a walk in which a cell still jumps
         return Verdict.UNKNOWN, share
     sure = path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
     sure &= in_other_cells(subject.table, path.causes)

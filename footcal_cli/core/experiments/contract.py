@@ -82,6 +82,9 @@ class Experiment:
         Names of the effects a user of this experiment always calibrates.
     imperfections
         Usual ones, which are no findings.
+    few_visits
+        Whether a cell is loaded at a few visits only: a jump between two of them would be any
+        drift.
     """
 
     name: str
@@ -89,6 +92,7 @@ class Experiment:
     balance: Callable[[Log], Balance]
     calibration: tuple[str, ...]
     imperfections: tuple[Imperfection, ...] = ()
+    few_visits: bool = False
 
 
 def residual(

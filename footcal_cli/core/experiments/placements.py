@@ -38,4 +38,5 @@ EXPERIMENT = Experiment(
     },
     balance=balance,
     calibration=(SCALE_BIAS.name,),
+    few_visits=True,
 )

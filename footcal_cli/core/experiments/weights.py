@@ -39,4 +39,5 @@ EXPERIMENT = Experiment(
     },
     balance=balance,
     calibration=(SCALE_BIAS.name,),
+    few_visits=True,
 )

@@ -27,10 +27,8 @@ MOST_LABELS = 40
 SAME_LABEL = 1e-3
 """Written loads that differ by less than this share are one weight."""
 _LARGEST = 0.99
-_VISITS = ("weights", "placements")
-"""Experiments in which a cell is loaded at a few visits: at a free time a jump between two of them
-would be any drift, so that one is looked for at the beginning only."""
 _EARLY_S = (5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
+"""Where a cell is loaded at a few visits a jump is looked for at the beginning only."""
 _PAUSE = 5.0  # a pause is so many times the usual step between rows
 _NEAR_PAUSE = 0.01  # of the rows
 _MOST_PAUSES = 11
@@ -61,7 +59,7 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
     if shape.grid_of is GridOf.LOAD and not is_six_axis(channels_of(case.logs)):
         largest = max(_largest(case, log, effect.scope) for log in case.logs)
         return [float(np.clip(v * largest, shape.lower, shape.upper)) for v in shape.grid]
-    if shape.grid_of is GridOf.SPAN and case.experiment.name in _VISITS:
+    if shape.grid_of is GridOf.SPAN and case.experiment.few_visits:
         return list(_EARLY_S)
     if shape.grid_of is GridOf.SPAN:
         longest = max(case.logs, key=lambda log: float(np.ptp(log.time_s)))
