@@ -4,25 +4,20 @@
 where asked for, the load: re-seating a cell moves its zero and its sensitivity. Rows of one session
 are not independent evidence of either; treated as such, intervals are far too narrow, and a
 quantity that differs between sessions (temperature) is credited with what chance moved. The ratios
-σ_k²/σ_e² are found by restricted maximum likelihood (Patterson and Thompson 1971), β by generalised
-least squares, and the t quantiles use Satterthwaite's degrees of freedom.
+σ_k²/σ_e² are found by restricted maximum likelihood (`variance_ratios`), β by generalised least
+squares, and the t quantiles use Satterthwaite's degrees of freedom.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import minimize, minimize_scalar
 
+from footcal_cli.core.inference.variance_ratios import BlockSums, reml_ratios
 from footcal_cli.core.parameters import FloatArray, IntArray
 
-_LOG_RATIO_RANGE = (-12.0, 12.0)
-_BOUNDARY_WEIGHT = 0.5
-"""Weight of ``−ln λ`` beside the deviance: keeps σ_u off zero, where few sessions would otherwise
-put it too often and make intervals too narrow (Chung et al. 2013)."""
 _LEAST_SEEN = 1e-14
 """Smaller eigenvalues, as a share of the largest, are rounding: they may even be negative."""
 _SAME_IN_ALL = 1e-3
@@ -68,56 +63,6 @@ class BlockFit:
         return np.asarray(stats.t.ppf(0.5 + level / 2.0, self.dof) * self.sd)
 
 
-@dataclass(frozen=True)
-class _Blocks:
-    """Sums per block from which the likelihood at any variance ratios follows.
-
-    `square` is ``ZᵀZ`` (g, q, q) and `cross` ``Zᵀ[X y]`` (g, q, p + 1) of each block, `whole`
-    ``[X y]ᵀ[X y]`` (p + 1, p + 1) of all; q is 1 or 2.
-    """
-
-    square: FloatArray
-    cross: FloatArray
-    whole: FloatArray
-
-    @cached_property
-    def _pairs(self) -> FloatArray:
-        """Products of each block's rows of `cross`, shape (g q q, (p + 1)²)."""
-        products = np.einsum("gka,glb->gklab", self.cross, self.cross)
-        return np.asarray(products.reshape(-1, self.whole.size))
-
-    @cached_property
-    def _polynomials(self) -> tuple[FloatArray, FloatArray]:
-        """Of 1 + Λ ZᵀZ: what λ (or λ₁, λ₂, λ₁λ₂) add to its determinant, and to Λ adj(…)."""
-        blocks, q, _ = self.square.shape
-        first = self.square[:, 0, 0]
-        if q == 1:
-            return first[None], np.ones((1, blocks))
-        second, across = self.square[:, 1, 1], self.square[:, 0, 1]
-        adjugates = np.zeros((3, blocks, 2, 2))
-        adjugates[0, :, 0, 0] = adjugates[1, :, 1, 1] = 1.0
-        adjugates[2, :, 0, 0], adjugates[2, :, 1, 1] = second, first
-        adjugates[2, :, 0, 1] = adjugates[2, :, 1, 0] = -across
-        minors = np.stack([first, second, first * second - across**2])
-        return minors, adjugates.reshape(3, -1)
-
-    def shrink(self, ratio: FloatArray) -> tuple[FloatArray, float]:
-        """``(Λ⁻¹ + ZᵀZ)⁻¹`` of each block, shape (g, q, q), and ``Σ ln det(1 + Λ ZᵀZ)``.
-
-        In closed form (Cramer's rule): the search for the ratios asks for it ten thousand times.
-        """
-        minors, adjugates = self._polynomials
-        powers = np.concatenate([ratio, ratio[:1] * ratio[1:]])
-        det = 1.0 + powers @ minors
-        taken = (powers @ adjugates).reshape(self.square.shape) / det[:, None, None]
-        return taken, float(np.sum(np.log(det)))
-
-    def normal(self, ratio: FloatArray) -> tuple[FloatArray, float]:
-        """``[X y]ᵀ V⁻¹ [X y]`` in units of σ_e², shape (p + 1, p + 1), and ``ln det V``."""
-        taken, log_det = self.shrink(ratio)
-        return self.whole - (taken.ravel() @ self._pairs).reshape(self.whole.shape), log_det
-
-
 def fit_blocks(
     design: FloatArray,
     target: FloatArray,
@@ -143,7 +88,7 @@ def fit_blocks(
     norms = np.linalg.norm(design, axis=0)
     scale = np.where(norms > 0, norms, 1.0)
     scaled = design / scale
-    singular = np.linalg.svd(scaled, compute_uv=False)
+    onto, singular, right = np.linalg.svd(scaled, full_matrices=False)
     rank = int(np.sum(singular > max(n, p) * np.finfo(float).eps * singular[0]))
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     names, index = np.unique(block, return_inverse=True)
@@ -151,9 +96,16 @@ def fit_blocks(
     shared = np.ones((n, 1)) if shared is None else shared
     width = np.sqrt(np.mean(shared**2, axis=0))
     shared = shared / np.where(width > 0, width, 1.0)
+    # sums of squares of the target itself would cancel: of what ordinary least squares leaves;
+    # one block's residual is taken row by row below
+    seen = int(np.sum(singular > np.sqrt(_LEAST_SEEN) * singular[0])) if many else 0
+    explained = onto[:, :seen].T @ target
+    plain = right[:seen].T @ (explained / singular[:seen])
+    target = target - onto[:, :seen] @ explained
     sums = _sums(scaled, target, index if many else np.zeros(n, dtype=np.int64), shared)
-    ratio = _reml_ratios(sums, n, p) if many else np.zeros(shared.shape[1])
-    normal, _ = sums.normal(ratio)
+    ratio = reml_ratios(sums, n, p) if many else np.zeros(shared.shape[1])
+    taken, _ = sums.shrink(ratio)
+    normal = sums.normal(taken)
     moment, energy = normal[:-1, -1], float(normal[-1, -1])
     inverse = _inverse(normal[:-1, :-1])
     beta = inverse @ moment
@@ -162,11 +114,11 @@ def fit_blocks(
     squares = max(energy - float(beta @ moment), 0.0) if many else float(left @ left)
     variance = squares / dof if n > rank else np.nan
     coefficient_dof = (
-        _satterthwaite(scaled, index, shared, sums, ratio, inverse) if many else float(dof)
+        _satterthwaite(scaled, index, shared, sums, ratio, taken, inverse) if many else float(dof)
     )
     between = np.sqrt(variance * ratio) / np.where(width > 0, width, 1.0)
     return BlockFit(
-        coefficients=beta / scale,
+        coefficients=(plain + beta) / scale,
         covariance=variance * inverse / np.outer(scale, scale),
         dof=np.broadcast_to(np.asarray(coefficient_dof, dtype=float), (p,)),
         sd_within=float(np.sqrt(variance)),
@@ -184,60 +136,23 @@ def _inverse(normal: FloatArray) -> FloatArray:
     return np.asarray((vectors[:, seen] / values[seen]) @ vectors[:, seen].T)
 
 
-def _sums(design: FloatArray, target: FloatArray, index: IntArray, shared: FloatArray) -> _Blocks:
+def _sums(design: FloatArray, target: FloatArray, index: IntArray, shared: FloatArray) -> BlockSums:
     blocks, q = int(index.max()) + 1, shared.shape[1]
     both = np.column_stack([design, target])
     cross = np.zeros((blocks, q, both.shape[1]))
     np.add.at(cross, index, shared[:, :, None] * both[:, None])
     square = np.zeros((blocks, q, q))
     np.add.at(square, index, shared[:, :, None] * shared[:, None])
-    return _Blocks(square, cross, both.T @ both)
-
-
-def _reml_ratios(sums: _Blocks, n: int, p: int) -> FloatArray:
-    """λ_k = σ_k²/σ_e² that maximise the restricted likelihood, kept off zero, shape (q,)."""
-
-    def deviance(log_ratio: FloatArray) -> float:
-        normal, log_det = sums.normal(np.exp(log_ratio))
-        values, vectors = np.linalg.eigh(normal[:-1, :-1])
-        seen = values > 1e-12 * values[-1]  # a design short of rank has no other determinant
-        projected = vectors[:, seen].T @ normal[:-1, -1]
-        left = float(normal[-1, -1]) - float(np.sum(projected**2 / values[seen]))
-        rss = max(left, np.finfo(float).tiny)
-        spread = float(np.sum(np.log(values[seen])))
-        return (n - p) * float(np.log(rss)) + log_det + spread
-
-    def cost(log_ratio: FloatArray) -> float:
-        return deviance(log_ratio) - _BOUNDARY_WEIGHT * float(np.sum(log_ratio))
-
-    (low, high), q = _LOG_RATIO_RANGE, sums.square.shape[1]
-    # the offsets alone first: with them known, one more search finds the gains
-    alone = minimize_scalar(
-        lambda z: cost(np.concatenate([[z], np.full(q - 1, low)])),
-        bounds=_LOG_RATIO_RANGE,
-        method="bounded",
-    )
-    if q == 1:
-        return np.array([np.exp(alone.x)])
-    gain = minimize_scalar(
-        lambda z: cost(np.array([alone.x, z])), bounds=_LOG_RATIO_RANGE, method="bounded"
-    )
-    found = minimize(
-        cost,
-        np.array([alone.x, gain.x]),
-        method="Nelder-Mead",
-        bounds=((low, high), (low, high)),
-        options={"xatol": 1e-2, "fatol": 1e-4, "maxfev": 120},
-    )
-    return np.asarray(np.exp(found.x), dtype=np.float64)
+    return BlockSums(square, cross, both.T @ both)
 
 
 def _satterthwaite(
     design: FloatArray,
     index: IntArray,
     shared: FloatArray,
-    sums: _Blocks,
+    sums: BlockSums,
     ratio: FloatArray,
+    taken: FloatArray,
     inverse: FloatArray,
 ) -> FloatArray:
     """Degrees of freedom per coefficient from the shares of its variance.
@@ -246,7 +161,6 @@ def _satterthwaite(
     quantity that blocks share ``σ_k² Σ_g (Σ_g z_k w)²``, known from as many blocks as the design
     leaves free.
     """
-    taken, _ = sums.shrink(ratio)
     carried = np.einsum("gkl,glp->gkp", taken, sums.cross[..., :-1])[index]
     weights = (design - np.einsum("nk,nkp->np", shared, carried)) @ inverse
     (n, p), blocks = design.shape, sums.square.shape[0]
@@ -262,7 +176,7 @@ def _satterthwaite(
     return np.asarray(np.divide(total**2, spread, out=unseen, where=spread > 0.0))
 
 
-def _free_blocks(sums: _Blocks) -> FloatArray:
+def _free_blocks(sums: BlockSums) -> FloatArray:
     """Blocks less the coefficients that differ from block to block, for each column of Z.
 
     A temperature that is another one in every session takes one of the sessions' gains away from

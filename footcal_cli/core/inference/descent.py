@@ -92,7 +92,7 @@ def descend(
             return Descent(point, state, steps, converged=False, given_up=True)
         candidate = move(point, step)
         tried = at(candidate)
-        if tried.cost <= state.cost * (1.0 + 1e-14):
+        if tried.cost <= state.cost + 1e-14 * abs(state.cost):
             point, state, damping = candidate, tried, _EASE * damping
             if promised < _DECREMENT:
                 return Descent(point, state, steps, True)
