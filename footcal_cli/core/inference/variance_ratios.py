@@ -172,7 +172,7 @@ class Restricted:
         """Second derivatives of the cost by the logarithms, shape (q, q)."""
         return self._derivatives[1]
 
-    @property
+    @cached_property
     def _free(self) -> BoolArray:
         """Ratios that are not at an end of their range with the cost falling beyond, shape (q,)."""
         low, high = LOG_RATIO_RANGE
