@@ -14,6 +14,7 @@ import numpy as np
 
 from footcal_cli.core import bench_rows, body_stream, quality, readings
 from footcal_cli.core.body_positions import check_positions
+from footcal_cli.core.checks.impossible import check_impossible
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
@@ -237,6 +238,8 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
     found = body_stream.check_stamp_unit(time_s, where)
     found += quality.check_order(time_s, where)
     names = _kept(table)
+    for name in names:
+        found += check_impossible(table.number(name), name)
     lost = [n for n in names if not np.isfinite(table.number(n)).any()]
     found += quality.check_stream(time_s, table.numbers(lost), lost) if lost else []
     com = table.numbers([f"com_{a}_m" for a in "xyz"])
