@@ -31,7 +31,7 @@ FOOTCAL := $(BIN)/footcal
 BIPED := sample_data/biped
 
 .PHONY: demo
-demo: $(VENV)/.installed  ## Install, run every command on sample data, say where the reports are.
+demo: $(VENV)/.installed  ## Install, go the whole road on sample data, say where the reports are.
 	$(FOOTCAL) check --recipe recipes/nao_table2.toml --out $(OUT)/check --overwrite --quiet
 	$(FOOTCAL) offline-fit --recipe recipes/bench_foot.toml --out $(OUT)/bench_foot --overwrite --quiet
 	$(FOOTCAL) offline-fit --recipe recipes/nao_walk.toml --out $(OUT)/cells --overwrite --quiet
@@ -40,6 +40,10 @@ demo: $(VENV)/.installed  ## Install, run every command on sample data, say wher
 		--out $(OUT)/stand --overwrite --quiet
 	$(FOOTCAL) online-replay --recipe recipes/nao_walk.toml --compare \
 		--parameters $(OUT)/cells/parameters.json --out $(OUT)/walk --overwrite --quiet
+	$(FOOTCAL) apply $(BIPED)/walk_002_cells.parquet --recipe recipes/nao_walk.toml \
+		--parameters $(OUT)/cells/parameters.json --out $(OUT)/applied --overwrite --quiet
+	$(FOOTCAL) batch sample_data/fleet/sessions.csv --command offline-fit \
+		--out $(OUT)/fleet --overwrite --quiet
 	$(FOOTCAL) hang-calib --recipe recipes/hexapod.toml --out $(OUT)/hang --overwrite --quiet
 	$(FOOTCAL) pose-calib --recipe recipes/hexapod.toml \
 		--parameters $(OUT)/hang/parameters.json --out $(OUT)/pose --overwrite --quiet
@@ -105,11 +109,6 @@ pictures: demo  ## Run the demo and take the pictures of README and documents fr
 		--recipe recipes/nao_simulated.toml --out $(OUT)/stuck --overwrite --quiet
 	$(FOOTCAL) check $(OUT)/stuck/cells.parquet --recipe recipes/nao_simulated.toml \
 		--out $(OUT)/stuck_check --overwrite --quiet
-	$(BIN)/python docs/make_pictures.py --sessions $(OUT)/fleet_logs
-	$(FOOTCAL) batch $(OUT)/fleet_logs/sessions.csv --command offline-fit --out $(OUT)/fleet \
-		--overwrite --quiet
-	$(FOOTCAL) apply $(BIPED)/walk_002_cells.parquet --recipe recipes/nao_walk.toml \
-		--parameters $(OUT)/cells/parameters.json --out $(OUT)/applied --overwrite --quiet
 	printf 'Gewicht [g];HX711\n0;84512\n500;295480\n1000;506210\n2000;928010\n5000;2192600\n5000;2193100\n1000;506600\n0;84700\n' > $(OUT)/scale.csv
 	cd $(OUT) && COLUMNS=100 $(abspath $(FOOTCAL)) init scale.csv --output scale.toml --overwrite > init.txt
 	$(BIN)/python docs/make_pictures.py $(OUT)

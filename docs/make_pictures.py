@@ -1,15 +1,13 @@
 """Take the pictures that README and documents show from ``make demo`` and a few runs more.
 
-``make pictures`` makes the runs: a walk with a tilted IMU, which five causes explain alike, a walk
-with a stuck cell, and ten months of weights on one cell (``--sessions FOLDER`` writes those).
+``make pictures`` makes the runs: a walk with a tilted IMU, which five causes explain alike, and one
+with a stuck cell.
 """
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-
-import numpy as np
 
 PICTURES = {
     "check": "stuck_check/figures/log_1_cells.png",
@@ -35,28 +33,6 @@ TERMINALS = {
 """Picture -> command lines of a terminal, each with the file that holds what it printed."""
 MOST_BYTES = 150_000
 _COLOURS = 128
-_LOADS_N = np.array([0, 2, 5, 10, 20, 30, 20, 10, 5, 2, 0.0])
-
-
-def monthly_sessions(folder: Path) -> None:
-    """Weights on one cell in ten months; in June its zero moves by 0.6 N."""
-    folder.mkdir(parents=True, exist_ok=True)
-    random = np.random.default_rng(3)
-    table = ["session,robot,date,logs"]
-    for month in range(1, 11):
-        zero = 8_312_000 + (17_600 if month >= 6 else 0) + 1_500 * random.standard_normal()
-        scale = -33.4e-6 * (1 + 1e-4 * random.standard_normal())
-        rows = ["channel,load_n,counts,repeat"]
-        for repeat in range(1, 4):
-            counts = zero + _LOADS_N / scale + 400 * random.standard_normal(_LOADS_N.size)
-            rows += [
-                f"left_fl,{load:g},{count:.0f},{repeat}"
-                for load, count in zip(_LOADS_N, counts, strict=True)
-            ]
-        log = folder / f"2026-{month:02d}.csv"
-        log.write_text("\n".join(rows) + "\n", encoding="utf-8")
-        table.append(f"{log.stem},robot 1,{log.stem}-02,{log.resolve()}")
-    (folder / "sessions.csv").write_text("\n".join(table) + "\n", encoding="utf-8")
 
 
 def draw_terminal(text: str, to: Path) -> None:
@@ -96,7 +72,4 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "--sessions":
-        monthly_sessions(Path(sys.argv[2]))
-    else:
-        main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]))

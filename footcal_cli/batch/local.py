@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
 from multiprocessing.process import BaseProcess
 
 from footcal_cli.batch.plan import Died, Job, Work
 from footcal_cli.records.batch import SessionRecord
 
+_PR_SET_PDEATHSIG = 1
 ATTEMPTS = 2
 """A session over which a worker died is tried once more."""
 
@@ -41,13 +43,13 @@ def run_here(jobs: Sequence[Job], workers: int, work: Work, died: Died) -> Itera
         while waiting or busy:
             while waiting and free:
                 slot, (job, attempt) = free.pop(), waiting.pop()
-                busy[pools[slot].submit(work, job)] = (slot, job, attempt)
+                busy[_submitted(pools[slot], work, job)] = (slot, job, attempt)
             for future in wait(busy, return_when=FIRST_COMPLETED).done:
                 slot, job, attempt = busy.pop(future)
                 free.append(slot)
                 try:
                     row = future.result()
-                except BrokenProcessPool:
+                except (BrokenProcessPool, SystemExit):  # killed, or asked to end
                     pools[slot].shutdown(wait=False)
                     pools[slot] = _worker()
                     if attempt < ATTEMPTS:
@@ -55,12 +57,13 @@ def run_here(jobs: Sequence[Job], workers: int, work: Work, died: Died) -> Itera
                         continue
                     row = died(job, attempt)
                 yield row.model_copy(update={"attempts": attempt})
+    except BaseException:  # what is half done is thrown away, and done again next time
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
     finally:
         for pool in pools:
-            pool.shutdown(wait=not busy, cancel_futures=True)
-        if busy:  # interrupted: what is half done is thrown away, and done again next time
-            for process in multiprocessing.active_children():
-                process.terminate()
+            pool.shutdown(cancel_futures=True)
 
 
 def _worker() -> ProcessPoolExecutor:
@@ -69,14 +72,29 @@ def _worker() -> ProcessPoolExecutor:
     return ProcessPoolExecutor(1, mp_context=context, initializer=_of_parent)
 
 
-def _of_parent() -> None:
-    """A worker ends with the process that started it, however that one ends, and not before.
+def _submitted(pool: ProcessPoolExecutor, work: Work, job: Job) -> Future[SessionRecord]:
+    """Give a worker its job.
 
-    Ctrl-C goes to all processes of a terminal; the first one ends the others. A worker that went
-    on after it was killed would write beside the next run.
+    A process that starts for it inherits that Ctrl-C is not heard: it goes to all processes of a
+    terminal, and the first one ends the others.
     """
-    with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        return pool.submit(work, job)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(work, job)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _of_parent() -> None:
+    """A worker ends with the process that started it, however that one ends.
+
+    One that went on after its parent was killed would write beside the next run. Linux kills it at
+    once; elsewhere a thread does, as soon as the work lets it.
+    """
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     threading.Thread(
         target=_end_with, args=(multiprocessing.parent_process(),), daemon=True
     ).start()

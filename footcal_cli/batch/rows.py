@@ -91,7 +91,7 @@ def died(job: Job, attempts: int) -> SessionRecord:
 def kept(job: Job, row: SessionRecord) -> SessionRecord:
     """Write a row whole or not at all."""
     job.record.parent.mkdir(parents=True, exist_ok=True)
-    partial = job.record.with_suffix(".partial")
+    partial = job.record.with_name(f".{job.name}.partial-row")
     write_record(row, partial)
     os.replace(partial, job.record)
     return row

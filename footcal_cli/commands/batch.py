@@ -14,7 +14,7 @@ from footcal_cli.recipe import CommandOptions
 from footcal_cli.recipe.options import Flag
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Generator
 
     from footcal_cli.batch.plan import Job
     from footcal_cli.core.fleet import Fleet
@@ -66,14 +66,16 @@ _EXTRA: dict[str, Any] = {
 @command(BatchOptions, lacks=("logs", "reference"), shared=_SHARED, extra=_EXTRA, goes_on=True)
 def batch(session: Session[BatchOptions], sessions: list[str] | None) -> Outcome:
     """Run one command on many sessions and compare them over dates and robots."""
+    from contextlib import closing
+
     from footcal_cli.core.fleet import study
     from footcal_cli.errors import MachineError
     from footcal_cli.sheets.batch import days, in_time, outcome_of, sessions_of
 
     options = session.options
     jobs = _jobs(session, sessions or [])
-    with session.step("sessions"):
-        ended = {row.session: row for row in _rows(session, jobs)}
+    with session.step("sessions"), closing(_rows(session, jobs)) as rows:
+        ended = {row.session: row for row in rows}
     found = in_time(ended[job.name] for job in jobs)
     session.rows |= {row.session: row.rows for row in found}
     session.inputs |= {row.session: row.digest for row in found}
@@ -106,14 +108,17 @@ def _jobs(session: Session[BatchOptions], given: Sequence[str]) -> list[Job]:
     return plan(given, common)
 
 
-def _rows(session: Session[BatchOptions], jobs: list[Job]) -> Iterable[SessionRecord]:
+def _rows(session: Session[BatchOptions], jobs: list[Job]) -> Generator[SessionRecord]:
     import os
 
     from footcal_cli.batch.cluster import run_on_cluster
     from footcal_cli.batch.local import run_here
     from footcal_cli.batch.rows import died
+    from footcal_cli.session.run_folder import GROWN_ROWS
 
     options = session.options
+    # from here on the folder may be gone on with, whatever happens
+    (session.request.out / GROWN_ROWS).mkdir(parents=True, exist_ok=True)
     if options.scheduler is not None:
         # workers elsewhere have another working folder
         ended = run_on_cluster([j.anywhere() for j in jobs], options.scheduler, run_session, died)
@@ -125,8 +130,19 @@ def _rows(session: Session[BatchOptions], jobs: list[Job]) -> Iterable[SessionRe
 def run_session(job: Job) -> SessionRecord:
     """Run one session unless it is done, and keep its row.
 
-    Every error becomes a row; only the death of the process does not come back.
+    Every error becomes a row; only the death of the process does not come back. A process that is
+    asked to end first cleans up what is half done.
     """
+    from footcal_cli.session.interruption import Interrupted, watched
+
+    with watched() as interruption:
+        try:
+            return _row_of(job)
+        except Interrupted:
+            raise SystemExit(interruption.exit_code) from None
+
+
+def _row_of(job: Job) -> SessionRecord:
     import time
 
     from footcal_cli.batch import rows
@@ -141,6 +157,7 @@ def run_session(job: Job) -> SessionRecord:
     done = None if job.again else rows.done(job, fingerprint)
     if done is not None:
         return done
+    job.record.unlink(missing_ok=True)  # a row never stands beside the folder of another run
     exit_code, reason = _run(job)
     seconds = round(time.perf_counter() - began, 3)
     if exit_code not in (0, 1) or not (job.folder / "run.json").is_file():

@@ -1,8 +1,8 @@
-"""Raw channels that cannot be right, by themselves and beside their siblings."""
+"""Raw channels that cannot be right by themselves."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -20,13 +20,6 @@ FAR = 2.0
 """A glitch lies outside the channel's usual range by this multiple of it."""
 _LEFT_OUT, _MOST_LEFT_OUT = 10, 10.0
 """Samples at each end of a short log that its usual range does not run to, and how many percent."""
-DEAD_SPAN = 0.02
-"""Share of its siblings' span below which a channel stands still."""
-MOVING = 20.0
-"""Span over the scatter from sample to sample from which siblings are seen to move."""
-UNLOADED = 0.1
-"""A lifted foot's cells all lie within this share of their range, for this share of the time."""
-_FEWEST_STEPS = 4
 _FEWEST_LEVELS = 3
 _CODES = tuple(2.0**bits for bits in (16, 18, 20, 22, 24, 32))
 SIGN_SPAN, _LEVEL_APART = 0.25, 0.1
@@ -35,10 +28,6 @@ between two levels."""
 _FEWEST_CODES, _BENT, _STRAIGHT = 2.0**8, 0.9, 0.999
 """Codes of the smallest converter; squared correlations with a load of readings that lost their
 sign, and of the same with it."""
-_FEWEST_LOADED = 12
-LOOSE_SCATTER, LOOSE_SHARE = 10.0, 0.1
-"""A channel that scatters from sample to sample by so many times its siblings' scatter, and by so
-much of its own range, has a loose contact; a load never makes it jump at every sample."""
 LINEAR = 0.5
 """Squared correlation of counts with known loads below which a cell does not weigh them."""
 
@@ -215,129 +204,6 @@ def check_glitches(
             f"furthest {reading[worst]:,.6g} at {time_s[worst]:.6g} s",
             "check the link and the logger; say in [robot.adc] lost_reading what a lost sample "
             "looks like",
-        )
-    ]  # fmt: skip
-
-
-@listed
-def check_dead_channels(
-    readings: FloatArray, names: Sequence[str], *, loaded: bool = False
-) -> Iterator[Finding]:
-    """Find channels of one foot that stand still, or only rustle, while their siblings move.
-
-    Parameters
-    ----------
-    readings
-        In units that siblings share, shape (n, c).
-    loaded
-        Rows are weights put here and there: the siblings are known to move.
-    """
-    good = _whole_rows(readings)
-    if len(good) < (_FEWEST_LOADED if loaded else 50) or len(names) < 3:
-        return
-    span, scatter = _span_and_scatter(good)
-    for i, name in enumerate(names):
-        mates = np.delete(np.arange(len(names)), i)
-        usual = float(np.median(span[mates]))
-        moves = (loaded or usual > MOVING * float(np.median(scatter[mates]))) and usual > 0
-        if moves and span[i] < DEAD_SPAN * usual:
-            yield Finding(
-                "dead_cell", "alarm", name,
-                f"the channel moves by {_plain(span[i])} while the others of its foot move by "
-                f"{_plain(usual)}",
-                "check its wires, its plug and that it carries the plate",
-            )  # fmt: skip
-
-
-def _plain(value: float) -> str:
-    """A span without a power of ten: 0.04, 516,412."""
-    return f"{value:,.0f}" if value >= 1e3 else f"{value:.4g}"
-
-
-def check_loose_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
-    """Find channels of one foot that jump at every sample while their siblings do not.
-
-    Parameters
-    ----------
-    readings
-        In units that siblings share, shape (n, c).
-    """
-    good = _whole_rows(readings)
-    if len(good) < 50 or len(names) < 3:
-        return []
-    span, scatter = _span_and_scatter(good)
-    usual = np.array([np.median(np.delete(scatter, i)) for i in range(len(names))])
-    loose = (scatter > LOOSE_SCATTER * usual) & (scatter > LOOSE_SHARE * span) & (usual > 0)
-    return [
-        Finding(
-            "loose_channel", "warning", name,
-            f"the channel jumps by {s:,.4g} from sample to sample, the others of its foot by "
-            f"{u:,.4g}",
-            "check its plug, its shield and its supply",
-        )
-        for name, s, u in zip(
-            np.array(names)[loose].tolist(), scatter[loose], usual[loose], strict=True
-        )
-    ]  # fmt: skip
-
-
-def _whole_rows(readings: FloatArray) -> FloatArray:
-    """Rows without a lost sample; no copy where none is lost."""
-    whole = np.ones(len(readings), dtype=bool)
-    for column in readings.T:
-        whole &= np.isfinite(column)
-    return readings if whole.all() else readings[whole]
-
-
-def _span_and_scatter(good: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """From the 2nd to the 98th percentile, and the usual step, of each channel, (c,) each.
-
-    Channel by channel: what is made of all channels of a long log at once is as large as it is.
-    """
-    span = [np.subtract(*np.percentile(column, [98, 2])) for column in good.T]
-    scatter = [np.median(np.abs(np.diff(column))) for column in good.T]
-    return np.array(span), np.array(scatter)
-
-
-def check_turned_channels(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
-    """Find a channel of one foot that falls while all its siblings rise with the load.
-
-    Whatever the sign of the bridges, a foot that is put down moves all of them the same way.
-
-    Parameters
-    ----------
-    readings
-        Shape (n, c); of a foot that is put down and lifted.
-    """
-    good = _whole_rows(readings)
-    if len(good) < 50 or len(names) < 4:
-        return []
-    low, high = np.array([np.percentile(column, [2, 98]) for column in good.T]).T
-    share = good - low
-    share /= np.where(high > low, high - low, 1.0)
-    steps = np.empty(len(names))
-    for i in range(len(names)):
-        others = np.zeros(len(share))
-        for mate in np.delete(np.arange(len(names)), i):
-            others += share[:, mate]
-        others /= len(names) - 1
-        down, up = others >= np.percentile(others, 70), others <= np.percentile(others, 30)
-        steps[i] = np.median(share[down, i]) - np.median(share[up, i])
-    turned = np.flatnonzero(steps < -0.2)
-    rest = np.delete(steps, turned)
-    if turned.size != 1 or rest.min() < 0.2:
-        return []
-    mates = np.delete(share, turned, axis=1)
-    in_the_air = [(mates < UNLOADED).all(axis=1), (mates > 1.0 - UNLOADED).all(axis=1)]
-    lifted = max(in_the_air, key=lambda flags: int(flags.sum()))
-    if lifted.mean() < UNLOADED or len(stretches(lifted)) < _FEWEST_STEPS:
-        return []  # standing, heel and toes take turns
-    name = names[int(turned[0])]
-    return [
-        Finding(
-            "turned_sign", "alarm", name,
-            "the channel moves against all the others of its foot when the foot is put down",
-            "check the sign of its scale and the wires of its bridge",
         )
     ]  # fmt: skip
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from footcal_cli.core.checks.impossible import find_impossible
 from footcal_cli.core.online.streams import BodyStream, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import headings, rotations_logged
@@ -27,11 +30,16 @@ def sensor_stream_of(
 
 
 def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
-    """The body's columns; what a log may lack is zero or None."""
+    """The body's columns; what a log may lack is zero or None, values beyond all sense are NaN."""
     n = len(table)
 
+    def possible(columns: Sequence[str]) -> FloatArray:
+        values = table.numbers(columns)
+        far = np.stack([find_impossible(column) for column in values.T], axis=1)
+        return np.where(far, np.nan, values) if far.any() else values
+
     def triple(pattern: str) -> FloatArray:
-        return table.numbers([pattern.format(axis) for axis in "xyz"])
+        return possible([pattern.format(axis) for axis in "xyz"])
 
     rotations = []
     yaws = []
@@ -41,7 +49,7 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
             rot = rotations_logged(quaternion)
         else:
             yaw = (
-                table.number(f"{foot}_foot_yaw_rad")
+                possible([f"{foot}_foot_yaw_rad"])[:, 0]
                 if f"{foot}_foot_yaw_rad" in table
                 else np.zeros(n)
             )
@@ -50,7 +58,7 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
         rotations.append(rot)
         yaws.append(headings(rot))
     momentum = (
-        table.numbers(["angmom_rate_x_nm", "angmom_rate_y_nm"])
+        possible(["angmom_rate_x_nm", "angmom_rate_y_nm"])
         if "angmom_rate_x_nm" in table
         else np.zeros((n, 2))
     )

@@ -258,7 +258,10 @@ def within_band(track: Track, outputs: int) -> str:
     """How many normalised innovations of the first outputs lie within ± 2 sd."""
     with np.errstate(invalid="ignore"):
         normalised = (track.innovation / track.innovation_sd)[:, :outputs]
-    share = float(np.mean(np.abs(normalised[np.isfinite(normalised)]) < 2.0))
+    normalised = normalised[np.isfinite(normalised)]
+    if not normalised.size:
+        return "no update had a prediction."
+    share = float(np.mean(np.abs(normalised) < 2.0))
     return f"{100 * share:.0f} % lie within ± 2 sd (95 % expected)."
 
 

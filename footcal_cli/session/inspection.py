@@ -14,6 +14,8 @@ import numpy as np
 
 from footcal_cli.core import bench_rows, body_stream, quality, readings
 from footcal_cli.core.body_positions import check_positions
+from footcal_cli.core.checks import siblings
+from footcal_cli.core.checks.impossible import check_impossible
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
@@ -192,7 +194,9 @@ def _exchanged(table: Table, robot: Robot) -> list[Finding]:
         # where no nameplate says which way the bridges read, one may be wired the other way round
         known = robot.nameplate.scale_n_per_count is not None
         found += turned if known else [replace(f, severity="warning") for f in turned]
-        found += readings.check_dead_channels(rows[:, 3:], names, loaded=True)
+        found += siblings.check_dead_channels(
+            rows[:, 3:], names, rows[:, 2:3] * np.column_stack([np.ones(len(rows)), rows[:, :2]])
+        )
     return found
 
 
@@ -206,9 +210,9 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
         values = table.numbers([f"{name}_counts" for name in names])
         if lost is not None:
             values = np.where(values == lost, np.nan, values)
-        found += readings.check_loose_channels(values, names)
-        still = readings.check_dead_channels(values, names)
-        found += still or readings.check_turned_channels(values, names)
+        found += siblings.check_loose_channels(values, names)
+        still = siblings.check_dead_channels(values, names)
+        found += still or siblings.check_turned_channels(values, names)
     return found
 
 
@@ -237,6 +241,8 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
     found = body_stream.check_stamp_unit(time_s, where)
     found += quality.check_order(time_s, where)
     names = _kept(table)
+    for name in names:
+        found += check_impossible(table.number(name), name)
     lost = [n for n in names if not np.isfinite(table.number(n)).any()]
     found += quality.check_stream(time_s, table.numbers(lost), lost) if lost else []
     com = table.numbers([f"com_{a}_m" for a in "xyz"])

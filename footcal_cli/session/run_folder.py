@@ -27,8 +27,10 @@ from footcal_cli.errors import UsageError
 RUN_SCHEMA = "footcal.run"
 GROWN_ROWS = "rows"
 """Marks a folder that grows from run to run: what is done so far, a file per session."""
+GROWN_RUNS = "sessions"
+"""Its run folders, one per session."""
 _EARLIER_RUN = ".run.json"
-"""Where the earlier ``run.json`` of such a folder lies while its summary is replaced."""
+"""The earlier ``run.json`` of such a folder while its summary is replaced; in the new summary."""
 _RENAME_EXCHANGE = 2
 _AT_FDCWD = -100
 
@@ -87,7 +89,7 @@ def _written_files(record: Path) -> set[str] | None:
     """Files that a ``run.json`` lists, empty for a run before they were listed; None: no run."""
     try:
         run = json.loads(record.read_text(encoding="utf-8"))
-    except (FileNotFoundError, ValueError, RecursionError):
+    except (FileNotFoundError, NotADirectoryError, ValueError, RecursionError):
         return None
     if not isinstance(run, dict) or run.get("schema") != RUN_SCHEMA:
         return None
@@ -119,7 +121,9 @@ def claim(out: Path) -> None:
     if stack is not None:
         stack.callback(lock.release)
     for leftover in _leftovers(out):
-        shutil.rmtree(leftover, ignore_errors=True)
+        if leftover.parent == out / GROWN_ROWS:
+            _take_in(leftover, out)
+        _remove(leftover)
 
 
 def refuse_grown(out: Path, overwrite: bool, inputs: Iterable[Path]) -> None:
@@ -139,25 +143,43 @@ def refuse_grown(out: Path, overwrite: bool, inputs: Iterable[Path]) -> None:
 def grown_folder(out: Path) -> Iterator[Path]:
     """A folder whose files go into `out`, ``run.json`` last; the others stay.
 
-    While files are replaced there is no ``run.json``: a summary that has one is whole.
+    While files are replaced there is no ``run.json``: a summary that has one is whole, and nothing
+    lies beside it. What a killed run began is ended by the next one when it claims `out`.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=out))
-    run, earlier = out / "run.json", out / _EARLIER_RUN
+    (out / GROWN_ROWS).mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=out / GROWN_ROWS))
     try:
         yield partial
-        names = sorted(_files(partial), key=lambda name: (name == "run.json", name))
-        if run.exists():
-            run.replace(earlier)
-        for name in sorted((_written_files(earlier) or set()) - set(names)):
-            (out / name).unlink(missing_ok=True)  # figures of an earlier, longer summary
-        for name in names:
-            if name == run.name:
-                earlier.unlink(missing_ok=True)  # beside a whole summary lies nothing
-            (out / name).parent.mkdir(exist_ok=True)
-            (partial / name).replace(out / name)
-    finally:
+    except BaseException:
         _remove(partial)
+        raise
+    try:
+        _take_in(partial, out)
+    except BaseException:
+        _take_in(partial, out)  # a signal came in between
+        raise
+    finally:
+        if not (partial / "run.json").exists():  # else the next run goes on with it
+            _remove(partial)
+
+
+def _take_in(partial: Path, out: Path) -> None:
+    """Replace the summary in `out` by the one in `partial` if that is whole.
+
+    Called again after it was interrupted, it goes on.
+    """
+    run, new, earlier = out / "run.json", partial / "run.json", partial / _EARLIER_RUN
+    listed = _written_files(new)  # written last
+    if listed is None:
+        return
+    if run.exists():
+        run.replace(earlier)
+    for name in (_written_files(earlier) or set()) - listed:
+        (out / name).unlink(missing_ok=True)  # figures of an earlier, longer summary
+    for name in sorted(_files(partial) - {run.name, earlier.name}):
+        (out / name).parent.mkdir(exist_ok=True)
+        (partial / name).replace(out / name)
+    new.replace(run)
 
 
 def scratch() -> Path:
@@ -170,12 +192,14 @@ def scratch() -> Path:
 
 
 def _leftovers(out: Path) -> list[Path]:
+    """What killed runs left beside `out`, and among its rows and sessions."""
     if not out.parent.is_dir():
         return []
     starts = (f".{out.name}.partial-", f".{out.name}.old-")
     beside = [p for p in out.parent.iterdir() if p.is_dir() and p.name.startswith(starts)]
-    grown = out.glob(".partial-*") if (out / GROWN_ROWS).is_dir() else ()
-    return [*beside, *(p for p in grown if p.is_dir())]
+    grown = (out / GROWN_ROWS, out / GROWN_RUNS) if (out / GROWN_ROWS).is_dir() else ()
+    within = [p for folder in grown for p in folder.glob(".*")]
+    return [*beside, *(p for p in within if ".partial-" in p.name or ".old-" in p.name)]
 
 
 @contextmanager
@@ -195,7 +219,10 @@ def whole_folder(out: Path, overwrite: bool, inputs: Collection[Path]) -> Iterat
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder, to the end even where a signal comes in between."""
+    """Remove a folder or a file, to the end even where a signal comes in between."""
+    if folder.is_file():
+        folder.unlink(missing_ok=True)
+        return
     try:
         shutil.rmtree(folder, ignore_errors=True)
     except BaseException:

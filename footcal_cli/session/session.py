@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
@@ -207,7 +207,7 @@ class Session(Logs, Generic[Options]):
             yield advance
         self.timings_s[name] = round(time.perf_counter() - began, 4)
 
-    def progress(self, items: Iterable[Item], description: str, total: int) -> Iterator[Item]:
+    def progress(self, items: Iterable[Item], description: str, total: int) -> Generator[Item]:
         """Iterate with a progress bar on a terminal, quietly in a pipe."""
         with bar(self.console, description, "", total) as advance:
             for item in items:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
+from collections.abc import Generator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from footcal_cli.batch import rows
 from footcal_cli.batch.local import run_here
 from footcal_cli.batch.plan import Job, plan
 from footcal_cli.batch.rows import digest_of, refused
@@ -52,8 +56,8 @@ def job_of(folder: Path, name: str) -> Job:
 def test_a_machine_that_fails_has_its_own_code(
     logs: Path, monkeypatch: pytest.MonkeyPatch, run: Run
 ) -> None:
-    def no_memory(session: object, jobs: list[Job]) -> list[SessionRecord]:
-        return [refused(job, "", "not enough memory", 74) for job in jobs]
+    def no_memory(session: object, jobs: list[Job]) -> Generator[SessionRecord]:
+        yield from (refused(job, "", "not enough memory", 74) for job in jobs)
 
     monkeypatch.setattr("footcal_cli.commands.batch._rows", no_memory)
     result = run(
@@ -67,11 +71,11 @@ def test_a_machine_that_fails_has_its_own_code(
 def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     jobs = [job_of(tmp_path, f"s{i:02d}") for i in range(20)]
-    rows = {row.session: row for row in run_here(jobs, 2, kill_once, died)}
-    assert sorted(rows) == [job.name for job in jobs]
-    assert (rows["s05"].outcome, rows["s05"].attempts) == ("done", 2)
-    assert (rows["s07"].outcome, rows["s07"].attempts) == ("refused", 2)
-    assert sum(row.outcome == "done" for row in rows.values()) == 19
+    found = {row.session: row for row in run_here(jobs, 2, kill_once, died)}
+    assert sorted(found) == [job.name for job in jobs]
+    assert (found["s05"].outcome, found["s05"].attempts) == ("done", 2)
+    assert (found["s07"].outcome, found["s07"].attempts) == ("refused", 2)
+    assert sum(row.outcome == "done" for row in found.values()) == 19
 
 
 @pytest.mark.usefixtures("drawn")
@@ -172,28 +176,102 @@ def test_local_processes_and_dask_give_the_same_table(run: Run, logs: Path) -> N
     pd.testing.assert_frame_equal(tables[0], tables[1])
 
 
+def _started(work: str, out: Path) -> subprocess.Popen[str]:
+    """A process that runs one job, in a process group of its own."""
+    out.mkdir()
+    return subprocess.Popen(
+        [sys.executable, "-m", "tests.cli.killed_work", work, str(out)], cwd=REPOSITORY,
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+def _wait_for(path: Path, running: subprocess.Popen[str]) -> None:
+    while not path.exists() or (path.name == "worker" and not path.read_text("utf-8")):
+        assert running.poll() is None
+        time.sleep(0.01)
+
+
 def test_a_worker_ends_with_the_run_that_started_it(tmp_path: Path) -> None:
-    """A worker that outlived a killed run would write beside the next one."""
-    words = (
-        "from tests.cli.killed_work import died, sleep_long; from tests.cli.test_batch import *\n"
-        f"if __name__ == '__main__': list(run_here([job_of(Path({str(tmp_path)!r}), 's')], 1, "
-        "sleep_long, died))\n"
-    )
-    (tmp_path / "out").mkdir()
-    (tmp_path / "run.py").write_text(words, "utf-8")
-    run = subprocess.Popen([sys.executable, tmp_path / "run.py"], cwd=REPOSITORY,
-                           env={**os.environ, "PYTHONPATH": str(REPOSITORY)})  # fmt: skip
+    """One that outlived a killed run, busy as it may be, would write beside the next one."""
+    run = _started("busy_long", tmp_path / "out")
     mark = tmp_path / "out" / "worker"
-    while not mark.exists() or not mark.read_text("utf-8"):
-        assert run.poll() is None
-        time.sleep(0.05)
+    _wait_for(mark, run)
     run.kill()
     run.wait()
-    for _ in range(200):
+    assert run.stderr is not None
+    run.stderr.close()
+    for _ in range(20):
         if not _lives(int(mark.read_text("utf-8"))):
             return
         time.sleep(0.05)
+    os.kill(int(mark.read_text("utf-8")), signal.SIGKILL)
     pytest.fail("the worker still runs")
+
+
+def test_a_run_that_is_asked_to_end_leaves_no_half_session(tmp_path: Path) -> None:
+    run = _started("write_long", tmp_path / "out")
+    _wait_for(tmp_path / "out" / "worker", run)
+    run.terminate()
+    assert (run.communicate(timeout=30)[1], run.returncode) == ("", 143)
+    assert list((tmp_path / "out" / "sessions").iterdir()) == []
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="no list of child processes")
+def test_a_worker_never_hears_ctrl_c_not_even_while_it_starts(tmp_path: Path) -> None:
+    run = _started("write_long", tmp_path / "out")
+    mark = tmp_path / "out" / "worker"
+    while not mark.exists():
+        assert run.poll() is None
+        for child in Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text("utf-8").split():
+            os.kill(int(child), signal.SIGINT)
+        time.sleep(0.01)
+    os.killpg(run.pid, signal.SIGINT)
+    assert (run.communicate(timeout=30)[1], run.returncode) == ("", 130)
+
+
+def test_a_killed_batch_is_gone_on_with(run: Run, logs: Path) -> None:
+    """Killed in its first session, and again when that one is done."""
+    (logs / "bench_2026-05-03.csv").unlink()
+    out = logs / "out"
+    words = (
+        "batch", str(logs / "bench_*.csv"), "--recipe", str(logs / "recipe.toml"), "--command",
+        "check", "--out", str(out), "--workers", "1", "--quiet", "--no-pictures",
+    )  # fmt: skip
+    for waited in ("sessions", "rows/bench_2026-05-01.json"):
+        running = subprocess.Popen(
+            [sys.executable, "-m", "footcal_cli", *words], cwd=REPOSITORY, stderr=subprocess.PIPE,
+            text=True,
+        )  # fmt: skip
+        _wait_for(out / waited, running)
+        running.kill()
+        running.communicate()
+    first = out / "sessions" / "bench_2026-05-01" / "run.json"
+    done = first.stat().st_mtime_ns
+    answer = run(*words)
+    assert answer.exit_code == 0, answer.err
+    assert first.stat().st_mtime_ns == done
+    assert pd.read_parquet(out / "sessions.parquet")["outcome"].tolist() == ["done"] * 3
+    assert not list(out.rglob(".*"))
+
+
+def test_a_row_never_stands_beside_the_folder_of_another_run(
+    logs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed between the folder of a second run and its row, then asked for the first one again."""
+    one = job_of(logs, "bench_2026-05-01")
+    other = replace(one, seed=1)
+    assert run_session(one).outcome == "done"
+    with monkeypatch.context() as patched:
+        patched.setattr(rows, "row", _interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run_session(other)
+    assert rows.done(one, rows.digest_of(one, recipe_logs)) is None
+    assert run_session(one).outcome == "done"
+    assert rows.done(one, rows.digest_of(one, recipe_logs)) is not None
+
+
+def _interrupted(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 def _lives(number: int) -> bool:

@@ -276,6 +276,29 @@ def test_a_walk_with_nothing_to_learn_from_is_refused_with_its_cause(
     assert column != "time_s" or 'unit = "ns"' in answer.err
 
 
+def test_values_beyond_all_sense_cost_only_those_samples(
+    run: Run, brief: Recording, tmp_path: Path
+) -> None:
+    """A logger's 2⁵³ in twenty samples of the body, in any of its columns."""
+    recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
+    belief = write_belief(tmp_path, brief)
+    words = ["online-replay", "--recipe", recipe, "--parameters", belief, "--no-pictures", "--out"]
+    log = pd.read_parquet(tmp_path / "body.parquet")
+    at = np.random.default_rng(5).choice(len(log), 20, replace=False)
+    found = []
+    for value in (np.nan, 2.0**53):
+        for i, column in zip(at, [*log.columns[1:], *log.columns[1:]], strict=False):
+            log.loc[i, column] = value
+        log.to_parquet(tmp_path / "body.parquet")
+        out = tmp_path / f"out{value}"
+        answer = run(*words, out)
+        assert (answer.exit_code, answer.err) == (0, "")
+        found.append(read_record(ParametersRecord, out / "parameters.json").parameters)
+    assert found[0] == found[1]
+    noted = [f.code for f in read_record(RunRecord, out / "run.json").findings]
+    assert "impossible_values" in noted
+
+
 def test_the_same_log_gives_the_same_bytes(run: Run, brief: Recording, tmp_path: Path) -> None:
     recipe = write_walk(tmp_path, brief, "[online_replay]\nsensitivity = false")
     belief = write_belief(tmp_path, brief)

@@ -20,7 +20,13 @@ import pytest
 from filelock import FileLock
 
 from footcal_cli.errors import UsageError
-from footcal_cli.session.run_folder import GROWN_ROWS, claim, grown_folder, put_in_place
+from footcal_cli.session.run_folder import (
+    GROWN_ROWS,
+    GROWN_RUNS,
+    claim,
+    grown_folder,
+    put_in_place,
+)
 from tests.conftest import REPOSITORY, Run
 from tests.faults.forked import AtTouch, count_touches, start
 
@@ -292,60 +298,63 @@ def test_the_page_forbids_everything_but_itself(run: Run, log: Path, tmp_path: P
     assert "<script src" not in page
 
 
+def _summary(out: Path, text: str, *names: str) -> None:
+    with grown_folder(out) as new:
+        for name in names:
+            (new / name).parent.mkdir(exist_ok=True)
+            (new / name).write_text(text, "utf-8")
+        listed = {"schema": "footcal.run", "files": names}
+        (new / "run.json").write_text(json.dumps(listed), "utf-8")
+
+
+def _whole_summary(out: Path) -> str:
+    """The text of a summary all of whose files are of one run, with nothing beside them."""
+    names = files_of(out)
+    assert {*json.loads((out / "run.json").read_text())["files"], "run.json"} == names
+    (text,) = {(out / name).read_text("utf-8") for name in names - {"run.json"}}
+    return text
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")  # that of pytest-xdist
+@pytest.mark.parametrize("killed", [True, False])
+def test_a_summary_that_is_interrupted_anywhere_is_one_whole_one(
+    tmp_path: Path, killed: bool
+) -> None:
+    """A killed one may be none until the next run claims the folder; a signal waits for its end."""
+    for at in range(1, 100):
+        out = tmp_path / str(at)
+        _summary(out, "earlier", "figures/a.png", "figures/b.png", "report.html")
+        number = os.fork()
+        if number == 0:
+            AtTouch(out, at, lambda: _end_here(killed)).install()
+            try:
+                _summary(out, "new", "figures/b.png", "figures/c.png", "report.html")
+            except KeyboardInterrupt:
+                os._exit(1)
+            os._exit(0)
+        status = os.waitpid(number, 0)[1]
+        if killed and not (out / "run.json").exists():
+            claim(out)
+        shutil.rmtree(out / GROWN_ROWS)
+        text = _whole_summary(out)
+        if status == 0:
+            assert text == "new"
+            return
+        _summary(out, "next", "report.html")
+        assert _whole_summary(out) == "next"
+    pytest.fail("it never ends")
+
+
+def _end_here(killed: bool) -> None:
+    if killed:
+        os.kill(os.getpid(), signal.SIGKILL)
+    raise KeyboardInterrupt
+
+
 def test_a_folder_that_grows_is_rid_of_what_a_killed_run_left_in_it(tmp_path: Path) -> None:
-    (tmp_path / "out" / GROWN_ROWS).mkdir(parents=True)
-    (tmp_path / "out" / ".partial-x").mkdir()
+    for name in (f"{GROWN_ROWS}/.partial-x", f"{GROWN_RUNS}/.a.partial-x", f"{GROWN_RUNS}/a"):
+        (tmp_path / "out" / name).mkdir(parents=True)
+    (tmp_path / "out" / GROWN_ROWS / ".a.partial-row").touch()
     claim(tmp_path / "out")
-    assert [p.name for p in (tmp_path / "out").iterdir()] == [GROWN_ROWS]
-
-
-def test_a_summary_that_is_killed_while_it_is_replaced_is_none_at_all(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out = tmp_path / "out"
-
-    def write(*names: str) -> None:
-        with grown_folder(out) as new:
-            for name in names:
-                (new / name).write_text("x", "utf-8")
-            listed = {"schema": "footcal.run", "files": names}
-            (new / "run.json").write_text(json.dumps(listed), "utf-8")
-
-    write("one.png", "two.png", "three.png")
-    replace, done = Path.replace, list[Path]()
-
-    def killed(self: Path, target: Path) -> Path:
-        done.append(self)
-        if len(done) == 3:  # the earlier run.json is away, one file is replaced
-            raise KeyboardInterrupt
-        return replace(self, target)
-
-    monkeypatch.setattr(Path, "replace", killed)
-    with pytest.raises(KeyboardInterrupt):
-        write("one.png", "two.png")
-    monkeypatch.undo()
-    assert not (out / "run.json").exists()
-    write("one.png")
-    assert sorted(p.name for p in out.iterdir()) == ["one.png", "run.json"]
-
-
-def test_beside_a_whole_summary_lies_nothing_wherever_a_run_is_killed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out, unlink = tmp_path / "out", Path.unlink
-
-    def write() -> None:
-        with grown_folder(out) as new:
-            listed = {"schema": "footcal.run", "files": ()}
-            (new / "run.json").write_text(json.dumps(listed), "utf-8")
-
-    def killed(self: Path, missing_ok: bool = False) -> None:
-        if self.name == ".run.json":
-            raise KeyboardInterrupt
-        unlink(self, missing_ok=missing_ok)
-
-    write()
-    monkeypatch.setattr(Path, "unlink", killed)
-    with pytest.raises(KeyboardInterrupt):
-        write()
-    assert not (out / "run.json").exists()
+    left = {p.relative_to(tmp_path / "out").as_posix() for p in (tmp_path / "out").glob("*/*")}
+    assert left == {f"{GROWN_RUNS}/a"}

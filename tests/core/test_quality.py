@@ -8,6 +8,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from footcal_cli.core.checks.siblings import check_dead_channels, check_loose_channels
 from footcal_cli.core.quality import (
     check_clock,
     check_duplicate_channels,
@@ -19,9 +20,7 @@ from footcal_cli.core.quality import (
 )
 from footcal_cli.core.readings import (
     check_codes,
-    check_dead_channels,
     check_known_loads,
-    check_loose_channels,
     find_glitches,
     lost_sign,
     signed,

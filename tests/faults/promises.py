@@ -10,6 +10,7 @@ _FOLDER, _GATES, _SHIPPED = (
     f"tests/cli/test_{name}.py" for name in ("run_folder", "gates", "shipped_pipeline")
 )
 _FAULTS = "tests/faults/test_faults.py"
+_BATCH = "tests/cli/test_batch.py"
 
 PROMISES: tuple[tuple[str, str, str], ...] = (
     ("a log with a misspelt column is dropped in silence, exit code 0",
@@ -142,6 +143,15 @@ PROMISES: tuple[tuple[str, str, str], ...] = (
     ("`kinematics` goes on with a log in which no row knows all joints and the base",
      "refused, with the joints that have no reading",
      "tests/cli/test_kinematics.py::test_a_log_without_a_whole_row_is_refused"),
+    ("a `batch` killed in its first session is refused when it is started again",
+     "it goes on, and what is done is skipped",
+     f"{_BATCH}::test_a_killed_batch_is_gone_on_with"),
+    ("a kill while `batch` replaces its summary leaves parts of two",
+     "the next run ends what the killed one began; next to a summary lies nothing of it",
+     f"{_FOLDER}::test_a_summary_that_is_interrupted_anywhere_is_one_whole_one"),
+    ("a busy worker of a killed `batch` goes on, and the next run finds its session locked",
+     "it ends with the run that started it",
+     f"{_BATCH}::test_a_worker_ends_with_the_run_that_started_it"),
 )  # fmt: skip
 """What happened once, what happens now, and the test that guards it."""
 
