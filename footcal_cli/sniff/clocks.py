@@ -22,6 +22,8 @@ _RUN_ROWS = 20
 """Stamps of a long table go on for so many rows before they begin again."""
 _TYPED_ROWS, _HELD_S = 100, 5.0
 """Fewer rows than this, further apart than this, are readings noted one by one."""
+_RISING = 0.9
+"""Share of the steps of stamps that go up."""
 _CLOCK_STEPS = 8
 """So many steps of nearly one size nobody typed."""
 
@@ -160,6 +162,15 @@ def increases(values: FloatArray, strictly: bool = True) -> bool:
     good = values[np.isfinite(values)]
     steps = np.diff(good)
     return bool(good.size > 2 and (np.all(steps > 0) if strictly else np.all(steps >= 0)))
+
+
+def nearly_increases(values: FloatArray) -> bool:
+    """Whether numbers (n,) rise from least to greatest but for few rows, as stamps out of order."""
+    good = values[np.isfinite(values)]
+    if good.size < _RUN_ROWS or good[0] != good.min() or good[-1] != good.max():
+        return False
+    steps = np.diff(good)
+    return bool(np.any(steps < 0) and np.mean(steps > 0) >= _RISING)
 
 
 def since_1970(values: FloatArray) -> str:

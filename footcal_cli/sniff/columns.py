@@ -15,6 +15,7 @@ from footcal_cli.sniff.clocks import (
     even,
     first_in_time,
     increases,
+    nearly_increases,
     one_time,
     rate_of,
     restarts,
@@ -337,6 +338,9 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         if step == 1.0 and abs(values[0]) <= 1:
             return column.as_quantity("sequence", "likely", "counts its rows")
         return column.as_quantity("time", "likely", "increases evenly")
+    if column.quantity == "unknown" and column.column == "column_1" and nearly_increases(values):
+        back = int(np.sum(np.diff(values) < 0))
+        return column.as_quantity("time", "guess", f"increases but for {back} rows that go back")
     if column.quantity == "unknown" and column.column == "column_1" and _counter(values):
         return column.as_quantity("other", "likely", "whole numbers that only ever increase")
     if column.quantity == "time" and not increases(values, strictly=False):
