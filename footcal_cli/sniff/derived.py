@@ -94,7 +94,9 @@ def quotients(loads: Sequence[ColumnGuess], cells: Sequence[ColumnGuess]) -> lis
     found = []
     for column in cells:
         own = numbers_of(column)
-        step = 10.0 ** -next((d for d in range(7) if np.allclose(own, np.round(own, d))), 7)
+        printed = own[np.isfinite(own)]
+        digits = next((d for d in range(7) if np.allclose(printed, np.round(printed, d))), 7)
+        step = 10.0**-digits
         for other in cells:
             read = numbers_of(other)
             good = np.isfinite(load + own + read) & (load != 0) & (read != 0)
