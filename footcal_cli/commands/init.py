@@ -42,6 +42,7 @@ def init(
     from footcal_cli.sniff.hint import accepted
     from footcal_cli.sniff.recipe_text import listing, next_step, recipe_text
     from footcal_cli.sniff.several import parts_of
+    from footcal_cli.sniff.unfit import unfit
 
     if output.exists() and not overwrite:
         raise UsageError(
@@ -54,12 +55,9 @@ def init(
     if not parts and (why := why_not(others[0])) is not None:
         raise DataError(why[0], file=others[0].path, remedy=why[1])
     if not parts:
+        message, remedy = unfit(others[0])
         raise DataError(
-            "its columns fit no experiment that footcal knows: "
-            f"{', '.join(c.column for c in others[0].columns[:8])}",
-            file=others[0].path,
-            remedy="name readings and known loads, feet or an attitude in the header",
-            example=accepted("weights"),
+            message, file=others[0].path, remedy=remedy, example=accepted("weights")
         )  # fmt: skip
     text = recipe_text(parts, output, f"--recipe {output}")
     output.parent.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from footcal_cli.sniff.groups import channel_names
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import (
     FORCES,
     IN_NEWTON,
@@ -25,7 +26,8 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
     cells = [_in_newton(c) for c in cells]
     found = channel_names(cells)
     points = {"hl", "hr"} <= set(found)  # hind legs: a cell in each foot
-    named = {f"{name}_foot" if points else _on_foot(name, c): c for name, c in found.items()}
+    on = "plate" if _PLATES & set(words_of(f"{file.path.stem} {' '.join(found)}")) else "foot"
+    named = {f"{name}_foot" if points else _on_foot(name, c, on): c for name, c in found.items()}
     time, rate, blanks = times(file, needed=True)
     entries = {**time, **{f"{n}_counts": reading_entry(c) for n, c in named.items()}}
     if "temperature_degc" in (beside := extras(file)):
@@ -52,6 +54,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         "nothing says how many newtons a count is; or give --parameters of a bench calibration",
     )  # fmt: skip
     doubt = [] if any(said_to_be_cells(c) for c in cells) else [UNNAMED]
+    doubt += [] if any(c.name.side or c.name.place for c in cells) or points else [_OR_WEIGHTS]
     body = body_entries(file) if file.of("com") else {}
     forces = all(c.unit in FORCES for c in cells)
     plates = [] if forces else [plate]
@@ -61,13 +64,19 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         f"{len(cells)} load cells in time: standing or walking"
         + (", with the body's motion" if body else ""),
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""),
-        "guess" if doubt else "likely",
+        "guess" if UNNAMED in doubt else "likely",
         "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
         rate_hz=rate, robot=(*upright(file, body), *tables),
         blanks=(*doubt, MASS, *positions, *plates, *blanks),
     )  # fmt: skip
 
 
+_PLATES = {"plate", "platform", "board", "platte"}
+_OR_WEIGHTS = Blank(
+    ("# under known weights: write them into a column of the log (load_kg), then footcal init",),
+    "known weights that lay on the cells belong into a column of the log (load_kg): add it and run "
+    "init again; without such",
+)  # fmt: skip
 UNNAMED = Blank(
     ("# keep only readings of load cells in [columns] below",),
     "nothing in the log says that its numbers are readings of load cells",
@@ -86,14 +95,14 @@ def _in_newton(cell: ColumnGuess) -> ColumnGuess:
     return replace(cell, unit="N") if named and not cell.counts else cell
 
 
-def _on_foot(name: str, cell: ColumnGuess) -> str:
-    """A cell's name behind that of its foot: ``left_fl``; ``foot_`` where none is named."""
+def _on_foot(name: str, cell: ColumnGuess, on: str) -> str:
+    """A cell's name behind that of its foot: ``left_fl``; behind `on` where none is named."""
     foot, _, place = name.partition("_")
     if foot in ("left", "right") and place:
         return f"{foot}_{place.removeprefix('foot_')}"
     side = cell.name.side
     plain = re.sub(rf"^{side[:1]}(?:{side[1:]})?_?(?:foot_)?", "", name) if side else name
-    return f"{side or 'foot'}_{plain or 'cell'}"
+    return f"{side or on}_{plain.removeprefix(f'{on}_') or 'cell'}"
 
 
 def toml_key(name: str) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.tables.canonical import unwrapped
 from footcal_cli.tables.units import TIMES
 
@@ -21,6 +22,10 @@ _RUN_ROWS = 20
 """Stamps of a long table go on for so many rows before they begin again."""
 _TYPED_ROWS, _HELD_S = 100, 5.0
 """Fewer rows than this, further apart than this, are readings noted one by one."""
+_RISING = 0.9
+"""Share of the steps of stamps that go up."""
+_CLOCK_STEPS = 8
+"""So many steps of nearly one size nobody typed."""
 
 
 def unwrapped_counter(column: ColumnGuess) -> ColumnGuess:
@@ -119,6 +124,7 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
     values = column.values
     if values is None or column.nanoseconds or column.unit in ("s", "ms", "us", "ns", "min", "h"):
         return replace(column, sure="sure") if column.unit else column
+    values = values[np.isfinite(values)]
     first, steps = abs(float(values[0])), np.diff(values)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
     words = column.column.lower()
@@ -134,7 +140,7 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
         return replace(
             column, unit="s", sure="likely" if 0.2 < rate < _MOST_HZ else "guess", why=why
         )
-    if values.size < _TYPED_ROWS and _HELD_S <= step < 1e4:
+    if values.size < _TYPED_ROWS and _HELD_S <= step < 1e4 and not _jitters(values):
         why = f"whole steps of {step:g} in {values.size} rows: typed by hand, in s"
         return replace(column, unit="s", sure="guess", why=why)
     unit = "s" if step <= 1 and float(values[-1]) < 1e5 and step == 1 else (
@@ -145,6 +151,12 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
     )
 
 
+def _jitters(values: FloatArray) -> bool:
+    """Whether steps of whole numbers (n,) differ a little from row to row, as a clock's do."""
+    steps = np.diff(values)
+    return bool(steps.size >= _CLOCK_STEPS and np.unique(steps).size > 1 and even(values))
+
+
 def increases(values: FloatArray, strictly: bool = True) -> bool:
     """Whether numbers (n,) rise from row to row; not `strictly`: or stay."""
     good = values[np.isfinite(values)]
@@ -152,11 +164,25 @@ def increases(values: FloatArray, strictly: bool = True) -> bool:
     return bool(good.size > 2 and (np.all(steps > 0) if strictly else np.all(steps >= 0)))
 
 
-def since_1970(values: FloatArray) -> str:
-    """The unit of whole numbers (n,) that count from 1970 in this century; empty for others."""
+def nearly_increases(values: FloatArray) -> bool:
+    """Whether numbers (n,) rise from least to greatest but for few rows, as stamps out of order."""
     good = values[np.isfinite(values)]
-    if good.size < 3 or not increases(good, strictly=False) or np.any(good != np.round(good)):
+    if good.size < _RUN_ROWS or good[0] != good.min() or good[-1] != good.max():
+        return False
+    steps = np.diff(good)
+    return bool(np.any(steps < 0) and np.mean(steps > 0) >= _RISING)
+
+
+def since_1970(values: FloatArray) -> str:
+    """The unit of numbers (n,) that count from 1970 in this century; empty for others.
+
+    Whole ones, or seconds with fractions, which no converter's readings have.
+    """
+    good = values[np.isfinite(values)]
+    if good.size < 3 or not increases(good, strictly=False):
         return ""
+    if np.any(good != np.round(good)):
+        return "s" if good[0] > 1e9 and good[-1] < 2.2e9 else ""
     return next((u for u, size in _EPOCHS.items() if 0.5 * size < good[0] < 5 * size), "")
 
 
@@ -166,9 +192,17 @@ def restarts(values: FloatArray) -> bool:
     return bool(steps.size > 2 and np.mean(steps < 0) < 1.0 / _RUN_ROWS and np.median(steps) > 0)
 
 
+def one_after_another(group: Sequence[FileGuess]) -> bool:
+    """Whether one clock goes on from log to log: one sensor's, not those of several at once."""
+    stamps = [time.values for file in group for time in file.of("time")[:1]]
+    spans = sorted((np.nanmin(v), np.nanmax(v)) for v in stamps if v is not None and v.size)
+    apart = all(one[1] < other[0] for one, other in pairwise(spans))
+    return len(spans) == len(group) > 1 and apart
+
+
 def even(values: FloatArray) -> bool:
     """Whether most steps of numbers (n,) are of one size."""
-    steps = np.diff(values)
+    steps = np.diff(values[np.isfinite(values)])
     return bool(np.quantile(np.abs(steps - np.median(steps)), 0.8) <= 0.3 * np.median(steps))
 
 

@@ -15,6 +15,7 @@ from footcal_cli.sniff.clocks import (
     even,
     first_in_time,
     increases,
+    nearly_increases,
     one_time,
     rate_of,
     restarts,
@@ -22,6 +23,7 @@ from footcal_cli.sniff.clocks import (
     since_1970,
     unwrapped_counter,
 )
+from footcal_cli.sniff.derived import without_derived
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import STATISTICS, name_guess
@@ -191,7 +193,7 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = without_supply(_one_statistic(columns))
+    found = without_derived(without_supply(_one_statistic(columns)))
     found = _without_silent([_numbered(column) for column in found])
     found = _only_numbers(one_time(first_in_time(found)))
     found = _newtons(found)
@@ -326,7 +328,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
     far = np.nan_to_num(np.abs(values)).max(initial=0.0) > _COUNTS_UP_TO * values.size
     if column.quantity == "sequence" and far and not increases(values, strictly=False):
         return column.as_quantity("unknown", "guess", "called a number, but counts no rows")
-    if column.quantity in ("unknown", "reading") and since_1970(values) in ("ms", "us", "ns"):
+    whole_seconds = "s" if np.all(values == np.round(values)) else ""  # may be counts
+    if column.quantity in ("unknown", "reading") and since_1970(values) not in ("", whole_seconds):
         return column.as_quantity("time", "likely", "counts from 1970")
     if column.unit is not None and column.unit not in TIMES:
         return column  # whatever has another unit is no time
@@ -335,6 +338,9 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         if step == 1.0 and abs(values[0]) <= 1:
             return column.as_quantity("sequence", "likely", "counts its rows")
         return column.as_quantity("time", "likely", "increases evenly")
+    if column.quantity == "unknown" and column.column == "column_1" and nearly_increases(values):
+        back = int(np.sum(np.diff(values) < 0))
+        return column.as_quantity("time", "guess", f"increases but for {back} rows that go back")
     if column.quantity == "unknown" and column.column == "column_1" and _counter(values):
         return column.as_quantity("other", "likely", "whole numbers that only ever increase")
     if column.quantity == "time" and not increases(values, strictly=False):
@@ -363,6 +369,9 @@ def _counted(column: ColumnGuess) -> ColumnGuess:
     different = np.unique(values[np.isfinite(values)])
     largest = float(np.abs(different).max()) if different.size else 0.0
     round_ones = np.all(np.abs(different * 1000 - np.round(different * 1000)) < _NICE_STEPS)
+    flag = np.array_equal(different, (0.0, 1.0)) and column.unit is None
+    if flag and not column.column.startswith("column_"):
+        return column
     few = 2 <= different.size <= max(FEW, 1) and different.size < values.size / 2
     if column.quantity == "unknown" and few and round_ones and largest < 1e5:
         return column.as_quantity("load", "guess", f"{different.size} round values")

@@ -12,7 +12,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_
 from footcal_cli.sniff.holds import blank_loads, typed_loads
 from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load, unlike
 from footcal_cli.sniff.motion import without_motion
-from footcal_cli.sniff.names import ADDED, STATISTICS, words_of
+from footcal_cli.sniff.names import ADDED, STATISTICS, name_guess, words_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import (
     Blank,
@@ -117,12 +117,29 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "log the torques too (tx, ty, tz): hang-calib fits offsets, weight and CoM from all "
             "six axes together",
         )
+    dead = [c.column for c in file.of("force") if c.name.axis == "fz" and not np.any(c.values)]
+    if {"fx", "fy"} <= axes and dead and not {"tx", "ty", "tz"} & axes:
+        return (
+            f"forces along three axes, of which the vertical one, {dead[0]}, is 0 in every row",
+            f"check that {dead[0]} is connected and refreshed; for a calibration log known loads "
+            "beside the axis that they pull on (load_n), or all six axes and the attitude",
+        )
     loads, cells = loads_and_cells(file)
     added = next((c for c in loads if ADDED & set(words_of(c.column)) and not c.summed), None)
     if added is not None:
         return (
             f"{added.column}: by its name what was added at each step, not what lay on the sensor",
             "give the total load in each row (load_kg), or call the column so if it is the total",
+        )
+    sided = next(
+        (c for c in file.of("label") if {name_guess(w).side for w in c.words} == {"left", "right"}),
+        None,
+    )
+    if sided is not None and len(cells) > 1 and not loads:
+        return (
+            f"rows of two feet in one table ({sided.column}), each at stamps of its own",
+            "write a file for each foot (left.csv, right.csv), or one row per stamp with a column "
+            "for each cell of each foot",
         )
     apart = _one_row_per_cell(file, cells)
     if not loads and apart:

@@ -11,6 +11,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
+from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.groups import readings, wrenches
@@ -128,7 +129,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         if not stated:
             made = _per_load(group, names)
             addresses = {name_guess(word).address or word for word in names.middle}
-            if made is None and len(addresses) == len(group) and not names.of_folders:
+            alone = names.of_folders or one_after_another(group)
+            if made is None and len(addresses) == len(group) and not alone:
                 made = _per_channel(group, names)
             if made is not None:
                 return made

@@ -12,6 +12,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import straightness
+from footcal_cli.sniff.derived import copies, quotients
 from footcal_cli.sniff.groups import could_be_read, readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import ADDED, COMMANDED, GROSS, NET, NOMINAL, words_of
@@ -99,14 +100,18 @@ def _in_newton(column: ColumnGuess) -> FloatArray:
 
 
 def loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGuess]]:
-    """Columns of known loads and of readings; a load that is written twice is no reading of it."""
+    """Columns of known loads and of readings, without what was worked out of these."""
     loads, cells = _loads_and_cells(file)
-    twice = [c.column for c in cells if any(written_twice(load, c) for load in loads)]
-    if not twice:
+    why = {c.column: "the load once more, in another unit" for c in cells
+           if any(written_twice(load, c) for load in loads)}  # fmt: skip
+    why |= {c.column: "the load times a constant" for c in copies(loads, cells)}
+    why |= {c.column: "a reading by its load: a scale that was worked out"
+            for c in quotients(loads, cells)}  # fmt: skip
+    if not why:
         return loads, cells
     once = tuple(
-        c.as_quantity("other", "likely", "the load once more, in another unit")
-        if c.column in twice else c for c in file.columns
+        c.as_quantity("other", "likely", why[c.column]) if c.column in why else c
+        for c in file.columns
     )  # fmt: skip
     return _loads_and_cells(replace(file, columns=once))
 

@@ -24,6 +24,7 @@ _MOMENTUM = {"ldot", "hdot", "angmom", "dl", "dh"}
 _MOMENTUM_RATE = re.compile(r"(?:d[lh]|[lh]dot)([xyz])")
 """dLx, HdotY: written in one word."""
 _FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "sole", "ankle"}
+_ATTITUDES = ("quaternion", "angle", "matrix", "gravity")
 _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle"}
 
 
@@ -42,7 +43,16 @@ _UNITS = {"_foot_x_m": "m", "_foot_y_m": "m", "_foot_z_m": "m", "_foot_yaw_rad":
 
 
 def without_motion(file: FileGuess) -> FileGuess:
-    """The log with each column of a motion taken for that; as it is where no CoM stands in it."""
+    """The log with each column of a motion taken for that: beside a CoM, or a pose's position."""
+    last = {c.column: "".join(words_of(c.column)[-1:]) for c in file.columns}
+    if {"px", "py", "pz"} <= {*last.values()} and file.of(*_ATTITUDES):
+        posed = (
+            c.as_quantity("other", "likely", "where the pose is")
+            if last[c.column] in ("px", "py", "pz") and c.quantity in ("unknown", "reading")
+            else c
+            for c in file.columns
+        )
+        file = replace(file, columns=tuple(posed))
     axes = {c.name.axis for c in file.of("com")}
     if not {"x", "y", "z"} <= axes:
         return file

@@ -28,6 +28,8 @@ from footcal_cli.sniff.guesses import FileGuess
 _AXES_NEAR = np.radians(8.0)
 """Transducers are mostly mounted along axes; so near to one the rest is taken for an error."""
 _MOST = 4000
+_FITTED = 7
+"""A rotation, a weight and three offsets."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,9 @@ def _kabsch(gravity_b: FloatArray, force: FloatArray) -> _Fit:
     mirrored = np.linalg.det(u @ vt) < 0
     least = np.array([1.0, 1.0, -1.0 if mirrored else 1.0])
     most = np.array([1.0, 1.0, 1.0 if mirrored else -1.0])
-    pulls, pushes = (1.0 - float(size @ d) ** 2 / whole for d in (least, most))
+    # a few attitudes are explained by any rotation: each number that is fitted counts
+    by_chance = 3 * good.size / (3 * good.size - _FITTED)
+    pulls, pushes = (by_chance * (1.0 - float(size @ d) ** 2 / whole) for d in (least, most))
     if pushes < 0.5 * pulls:
         return _Fit(-(u * most) @ vt, -1.0, pushes)
     return _Fit((u * least) @ vt, 1.0, pulls)

@@ -117,7 +117,7 @@ _ANGLES = {
 """How the angles about x, y and z of a body are called."""
 _NOT_OF_CELLS = {
     "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
-    "velocity", "emg", "ecg",
+    "velocity", "emg", "ecg", "acceleration", "speed", "distance", "extension", "elongation",
 }  # fmt: skip
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""

@@ -122,6 +122,9 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
     feet = {}
     for key, own in forces.items():
         x, y = places.get((key, "x"), []), places.get((key, "y"), [])
+        if len(own) > 1 and len(x) == 1:  # of two forces of a foot the one that stands by its CoP
+            at = {id(c): i for i, c in enumerate(file.columns)}
+            own = sorted(own, key=lambda c: abs(at[id(c)] - at[id(x[0])]))[:1]
         if len(own) == len(x) == len(y) == 1:
             named = key in ("left", "right") or key.startswith("plate_")
             feet[key if named else f"plate_{key or _number_of(file)}"] = _Foot(own[0], x[0], y[0])

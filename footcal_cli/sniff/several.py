@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.errors import DataError
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
@@ -169,35 +168,27 @@ def _texts_of(column: ColumnGuess) -> list[str]:
 
 
 def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
-    """A six-axis transducer, and the attitude from another log.
-
-    Raises
-    ------
-    DataError
-        Neither has stamps, and both as many rows: they belong side by side.
-    """
-    if file.rows == beside.rows and not file.of("time") and not beside.of("time"):
-        raise DataError(
-            f"wrenches here, and as many attitudes in {beside.path.name}, neither with stamps",
-            file=file.path, remedy="put each attitude behind its wrench, in one table: "
-            "fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm,body_qx,body_qy,body_qz,body_qw",
-        )  # fmt: skip
-    if not (file.of("time") and beside.of("time")):
+    """A six-axis transducer, and the attitude from another log: by stamps, without any by rows."""
+    timed = bool(file.of("time") and beside.of("time"))
+    if not timed and (file.rows != beside.rows or file.of("time") or beside.of("time")):
         return None
-    offset, why = _offset(file, beside)
+    offset, why = _offset(file, beside) if timed else (0.0, "as many rows, neither with stamps")
     stem = beside.path.name.rsplit(".", 1)[0]
     joined = [
-        replace(c, column=f"{stem}.{c.column}", values=_at_stamps(file, beside, c, offset))
+        replace(
+            c, column=f"{stem}.{c.column}",
+            values=_at_stamps(file, beside, c, offset) if timed else c.values,
+        )
         for c in beside.of(*_ATTITUDE)
-    ]
+    ]  # fmt: skip
     plan = plan_of(replace(file, columns=(*file.columns, *joined)))
     if plan is None:
         return None
-    if offset:
+    if offset or not timed:
         plan = replace(plan, warnings=(*plan.warnings, why))
     path = file.path
     match = escaped(called([path, beside.path])[0])
-    return Part(plan, (path,), match, (Beside(beside, "time", offset, why),))
+    return Part(plan, (path,), match, (Beside(beside, "time" if timed else "row", offset, why),))
 
 
 def _at_stamps(

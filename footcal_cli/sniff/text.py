@@ -164,7 +164,7 @@ def guess_text(path: Path) -> TextGuess:
         guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
     top = found.begins_at(lines)
     layout = replace(_restarted(layout, lines, top), turned=bool(side))
-    again = bool(layout.comment) and layout.comment in lines[:top]
+    again = bool(layout.comment) and layout.comment in map(str.strip, lines[:top])
     said += ["the header stands there again, left out"] if again else []
     return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
 
@@ -208,13 +208,15 @@ def _ends(until: str, lines: list[str], body: Body) -> str:
 
 
 def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
-    """A log whose header stands between its rows again: lines like it are left out."""
-    header = lines[top - 1] if top and not is_rule(lines[top - 1]) else ""
-    again = bool(header.strip()) and header.strip() in map(str.strip, lines[top:])
-    if layout.comment or not layout.header or not again:
+    """A log whose header, or a line that says a run begins, stands between its rows again."""
+    header = lines[top - 1].strip() if top and not is_rule(lines[top - 1]) else ""
+    if layout.comment or not header or header not in map(str.strip, lines[top:]):
         return layout
-    names = tuple(fields_of(header, layout.separator))
-    return replace(layout, comment=header.strip(), header=False, names=names)
+    if layout.header:
+        names = tuple(fields_of(header, layout.separator))
+        return replace(layout, comment=header, header=False, names=names)
+    counted = sum(line.lstrip().startswith(header) for line in lines[:top])
+    return replace(layout, comment=header, skip_rows=max(0, layout.skip_rows - counted))
 
 
 def _written_by_machines(lines: list[str]) -> str:

@@ -5,6 +5,7 @@ Room: sniff; asked by columns.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from footcal_cli.sniff.names import name_guess
@@ -12,6 +13,10 @@ from footcal_cli.tables.reading import Pivot
 
 _LEAST_NAMES = 2
 _BARE_AXES = {"x", "y", "z", "w"}
+_OF_A_BODY = re.compile(
+    r"(?P<stem>.*[\W_])(?P<axis>ML|AP|V|VT|vert|vertical)(?P<unit>\s*[(\[].*[)\]])?", re.IGNORECASE
+)
+_AXES = {"A": "x", "M": "y", "V": "z"}
 _OF_A_FILE = ("acceleration", "gravity", "quaternion")
 
 
@@ -34,7 +39,7 @@ def said_by_names(names: Sequence[str], stem: str, pivot: Pivot | None) -> list[
     titles = {name.partition(":")[0] for name in names}
     titled = len(names) >= _LEAST_NAMES and len(titles) == 1 and all(": " in n for n in names)
     said = [name.partition(":")[2].strip() or name for name in names] if titled else list(names)
-    said = [_of_its_file(name, stem) for name in said]
+    said = _anatomical([_of_its_file(name, stem) for name in said])
     return said if pivot is None else [_labelled(name, pivot) for name in said]
 
 
@@ -44,6 +49,25 @@ def _of_its_file(name: str, stem: str) -> str:
         return name
     guess = name_guess(f"{stem} {name.strip().lower()}")
     return f"{stem} {name.strip().lower()}" if guess.quantity in _OF_A_FILE and guess.axis else name
+
+
+def _anatomical(names: Sequence[str]) -> list[str]:
+    """Forces along the axes of a body, as axes: ``GRF_ML``, ``GRF_AP``, ``GRF_V`` are y, x and z.
+
+    They are told by standing side by side: alone ``ML`` is a place, and ``V`` a volt.
+    """
+    found = [_OF_A_BODY.fullmatch(name.strip()) for name in names]
+    by_stem: dict[str, set[str]] = {}
+    for one in found:
+        if one:
+            by_stem.setdefault(one["stem"].lower(), set()).add(one["axis"].upper()[:1])
+    whole = {stem for stem, axes in by_stem.items() if axes == {"M", "A", "V"}}
+    return [
+        f"{one['stem']}{_AXES[one['axis'].upper()[:1]]}{one['unit'] or ''}"
+        if one and one["stem"].lower() in whole and name_guess(one["stem"]).quantity == "force"
+        else name
+        for name, one in zip(names, found, strict=True)
+    ]
 
 
 def _labelled(name: str, pivot: Pivot) -> str:

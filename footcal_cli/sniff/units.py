@@ -24,6 +24,7 @@ _ALSO = {
     "lbf-in": "lbf*in",
     "lbf*in": "lbf*in", "lb-in": "lbf*in", "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",
     "ncm": "N*cm", "n.cm": "N*cm", "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
+    "mpa": "MPa", "n/mm²": "MPa", "n/mm2": "MPa", "gpa": "GPa",
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
     "metres": "m", "s": "s", "m": "m", "n": "N", "dan": "daN", "decanewton": "daN",
     "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm", "мв": "mV",
@@ -36,7 +37,7 @@ MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e
 """In kg."""
 LENGTHS = ("m", "mm", "cm", "in", "ft")
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
-              "deg/s", "Hz", "rpm", "g0", "bar",
+              "deg/s", "Hz", "rpm", "g0", "bar", "MPa", "GPa",
               *[unit for unit in TIMES if unit != "s"])  # fmt: skip
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}

@@ -1,0 +1,124 @@
+"""What was worked out of other columns: statistics, quotients and multiples are no readings.
+
+Room: sniff; asked by columns and loads.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
+from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.units import LENGTHS, split_unit
+
+_EXTREMES = re.compile(r"[\W_]*(?:min|max|minimum|maximum)[\W_]*", re.IGNORECASE)
+_CENTRE = re.compile(r"[\W_]*(?:mean|avg|average|median)[\W_]*", re.IGNORECASE)
+_AGAIN = re.compile(r"\.\d+$")
+"""Behind a name that stands there a second time."""
+_DIFFERENT, _LEAST, _MEASURED = 4, 3, 10
+_PRINTED = 1e-5
+"""How exactly a multiple agrees, of the largest number: as far as both were printed."""
+
+
+def without_derived(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A table's columns, those worked out of others, and positions, as no reading."""
+    return _without_extremes(_without_multiples(_without_places(columns)))
+
+
+def _without_extremes(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Least and largest samples beside their mean, which lies between them in every row."""
+    centres = {
+        _CENTRE.sub("_", c.column, 1).lower(): c for c in columns if _CENTRE.search(c.column)
+    }
+
+    def extreme(column: ColumnGuess) -> bool:
+        centre = centres.get(_EXTREMES.sub("_", column.column, 1).lower())
+        if centre is None or not _EXTREMES.search(column.column):
+            return False
+        if centre.values is None or column.values is None:
+            return False
+        side = column.values - centre.values
+        return bool(np.all(side <= 0) or np.all(side >= 0))
+
+    why = "a statistic of what was read"
+    return [c.as_quantity("other", "likely", why) if extreme(c) else c for c in columns]
+
+
+def _without_multiples(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A displacement in another measure, as a strain is: a constant times a length."""
+    lengths = [c for c in columns if c.unit in LENGTHS and c.values is not None]
+
+    def multiple(column: ColumnGuess) -> bool:
+        return column.quantity in ("reading", "unknown") and column.values is not None and any(
+            one is not column and _times_a_constant(numbers_of(one), column.values)
+            for one in lengths
+        )  # fmt: skip
+
+    why = "a length times a constant"
+    return [c.as_quantity("other", "likely", why) if multiple(c) else c for c in columns]
+
+
+def _times_a_constant(one: FloatArray, other: FloatArray) -> bool:
+    """Whether numbers (n,) are others times one constant, to all the digits that are printed."""
+    good = np.isfinite(one) & np.isfinite(other)
+    one, other = one[good], other[good]
+    if np.unique(one).size < _DIFFERENT or not np.any(other):
+        return False
+    left = other - one * (one @ other) / (one @ one)
+    return bool(np.abs(left).max() <= _PRINTED * np.abs(other).max())
+
+
+def _without_places(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Positions: columns along x, y or z in a length, a second of one name too."""
+
+    def place(column: ColumnGuess) -> bool:
+        stem, unit, _ = split_unit(_AGAIN.sub("", column.column))
+        along = words_of(stem)[-1:] in (["x"], ["y"], ["z"])
+        return column.quantity in ("reading", "unknown") and along and unit in LENGTHS
+
+    return [c.as_quantity("other", "likely", "a position") if place(c) else c for c in columns]
+
+
+def quotients(loads: Sequence[ColumnGuess], cells: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """Columns that are a reading by its load, or the load by it: a scale that was worked out.
+
+    They agree to the digits that are printed, in every row with a load.
+    """
+    if len(loads) != 1 or len(cells) < 2:
+        return []
+    load = numbers_of(loads[0])
+    found = []
+    for column in cells:
+        own = numbers_of(column)
+        printed = own[np.isfinite(own)]
+        digits = next((d for d in range(7) if np.allclose(printed, np.round(printed, d))), 7)
+        step = 10.0**-digits
+        for other in cells:
+            read = numbers_of(other)
+            good = np.isfinite(load + own + read) & (load != 0) & (read != 0)
+            if other is column or own.shape != read.shape or good.sum() < _LEAST:
+                continue
+            ratios = (read[good] / load[good], load[good] / read[good])
+            if any(np.all(np.abs(own[good] - ratio) <= step) for ratio in ratios) and (
+                np.ptp(own[good]) > 2 * step
+            ):  # fmt: skip
+                found.append(column)
+                break
+    return found
+
+
+def copies(loads: Sequence[ColumnGuess], cells: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """Columns that are a measured load times a constant: its stress, or the load once more.
+
+    A cell has noise and a zero of its own; numbers of a load that was measured are not round.
+    """
+    measured = [
+        numbers_of(c) for c in loads
+        if np.unique(numbers_of(c)).size >= _MEASURED
+        and np.any(np.abs(numbers_of(c) * 1000 - np.round(numbers_of(c) * 1000)) > _PRINTED)
+    ]  # fmt: skip
+    return [c for c in cells if any(_times_a_constant(one, numbers_of(c)) for one in measured)]
