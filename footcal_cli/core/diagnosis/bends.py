@@ -26,7 +26,7 @@ from footcal_cli.core.diagnosis.unnamed import (
     loads_of,
 )
 from footcal_cli.core.effects import having
-from footcal_cli.core.effects.contract import Trait, is_six_axis
+from footcal_cli.core.effects.contract import Scope, Trait, is_six_axis, units_of
 from footcal_cli.core.inference.case import Case, Rows, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
@@ -126,15 +126,10 @@ def bend_left(last: Diagnosis, causes: Sequence[Cause]) -> bool:
     """
     named = [c.signature for c in causes if c.signature.effect in GAINS]
     legs = {leg for s in named for _, own in s.owners for leg in own}
-    lib, p = last.library, last.search.first.p
-    return any(
-        p[i] < last.rules.alpha_name
-        and cause[0] in CURVES
-        and {
-            axis.rsplit(".", 1)[0]
-            for _, axes in lib.problem.signatures[lib.index(int(lib.columns[i][0]))].owners
-            for axis in axes
-        }
-        & legs
-        for i, cause in enumerate(lib.causes)
-    )
+    lib = last.library
+    for cause, columns, p in zip(lib.causes, lib.columns, last.search.first.p, strict=True):
+        if cause[0] in CURVES and p < last.rules.alpha_name:
+            curve = lib.problem.signatures[lib.index(int(columns[0]))]
+            if any(not legs.isdisjoint(units_of(Scope.LEG, axes)) for _, axes in curve.owners):
+                return True
+    return False
