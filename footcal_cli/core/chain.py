@@ -10,7 +10,7 @@ from typing import TypeVar, cast
 import numpy as np
 
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.contract import Effect, State, Theta, Trait, is_neutral
+from footcal_cli.core.effects.contract import Effect, State, Theta, Trait
 from footcal_cli.core.effects.contract import units_of as units_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
@@ -37,13 +37,22 @@ class Link:
         return tuple(f"{o}.{p.name}" for o in self.owners for p in self.effect.parameters)
 
     @cached_property
-    def _sizes(self) -> tuple[tuple[str, float], ...]:
-        """Full name and neutral value of every size."""
-        return tuple((f"{o}.{p.name}", p.neutral) for o in self.owners for p in self.effect.sizes)
+    def _sizes(self) -> dict[str, tuple[tuple[str, float], ...]]:
+        """Full name and neutral value of every size of each unit that has an owner."""
+        return {
+            unit: tuple((f"{owner}.{p.name}", p.neutral) for p in self.effect.sizes)
+            for owner, members in self.owners.items()
+            for unit in members
+        }
 
-    def acting(self, values: Mapping[str, float]) -> tuple[str, ...]:
-        """Full names of the sizes that differ from neutral; if none, the link may be skipped."""
-        return tuple([n for n, neutral in self._sizes if values.get(n, neutral) != neutral])
+    def acts(self, values: Mapping[str, float], units: Iterable[str] | None = None) -> bool:
+        """Whether a size of any unit, or of some, differs from neutral; else it may be skipped."""
+        sizes, get = self._sizes, values.get
+        for unit in sizes if units is None else units:
+            for name, neutral in sizes.get(unit, ()):
+                if get(name, neutral) != neutral:
+                    return True
+        return False
 
     @cached_property
     def _keys(self) -> dict[str, tuple[str, ...]]:
@@ -215,7 +224,7 @@ class Chain:
 
     def remembers(self, values: Mapping[str, float]) -> bool:
         """Whether removing it from a row asks for the rows before it."""
-        return any(Trait.MEMORY in i.effect.traits and i.acting(values) for i in self.links)
+        return any(Trait.MEMORY in i.effect.traits and i.acts(values) for i in self.links)
 
     def truth(self, log: Log, values: Mapping[str, float], seen: Seen | None) -> Log:
         """As `remove` for a whole log, with what calls before it have left in `seen`."""
@@ -236,11 +245,10 @@ class Chain:
         order = range(len(self.links)) if forward else reversed(range(len(self.links)))
         for i in order:
             item = self.links[i]
-            if not item.acting(values):
+            units = units_of(item.effect.scope, log.channels)
+            if not item.acts(values, units):
                 continue
-            theta = item.theta(values, units_of(item.effect.scope, log.channels))
-            if is_neutral(item.effect, theta):
-                continue
+            theta = item.theta(values, units)
             if seen is not None:
                 log = seen.removed(item.effect, log, theta)
                 continue

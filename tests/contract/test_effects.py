@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from footcal_cli.core.chain import link
 from footcal_cli.core.effects import TABLE, UnknownEffectError, find_effect
-from footcal_cli.core.effects.contract import Effect, GridOf, Stage, Trait, is_neutral, units_of
+from footcal_cli.core.effects.contract import Effect, GridOf, Stage, Trait, units_of
 from footcal_cli.core.effects.memory import linear_recurrence, play
 from footcal_cli.core.effects.transport import REMEMBERED_ROWS
 from footcal_cli.core.experiments.contract import Experiment
@@ -82,7 +83,7 @@ def test_every_field_is_filled_and_consistent(effect: Effect) -> None:
 def test_neutral_parameters_change_nothing(effect: Effect) -> None:
     log = log_for(effect)
     theta = neutral(effect, units(effect, log))
-    assert is_neutral(effect, theta)
+    assert not link(effect, log.channels).acts({})
     for transform in (effect.apply, effect.remove):
         assert difference(log, transform(log, theta, None)[0]) < 1e-12
 

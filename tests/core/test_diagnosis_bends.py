@@ -10,7 +10,14 @@ import pytest
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.bends import Bends, against_bends, bend_left, bends_of, bent_axes
+from footcal_cli.core.diagnosis.bends import (
+    Bends,
+    against_bends,
+    bend_left,
+    bends_of,
+    bent_axes,
+    largest,
+)
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import KNEES, Unnamed
@@ -89,6 +96,22 @@ def test_the_f_test_of_knees_keeps_its_level() -> None:
     # 10 of 200 expected below 0.05
     assert np.sum(np.array(p) < 0.05) <= stats.binom.ppf(0.999, 200, 0.05)
     assert np.sum(np.array(p) < 0.5) > 60
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 1.0])
+def test_a_bend_is_seldom_larger_than_its_bound(share: float) -> None:
+    """Of 200 parabolas beside a gain at most as many exceed it as 95 % allow; known noise."""
+    beyond, bounds = 0, []
+    for seed in range(200):
+        problem, line, _ = posed(seed, "bends")
+        bend = problem.accepted[:, 0] / np.std(problem.accepted[:, 0])  # type: ignore[index]
+        rng = np.random.default_rng([32, seed])
+        seen = replace(problem, residual=rng.normal(size=bend.size) + share * bend, accepted=line)
+        bounds.append(largest(seen, bend))
+        beyond += bounds[-1] < share
+    assert beyond <= stats.binom.ppf(0.999, 200, 0.05)
+    assert np.median(bounds) < share + 0.4
+    assert largest(replace(problem, accepted=bend[:, None]), bend) == np.inf
 
 
 def named(effect: str, owner: str) -> Cause:

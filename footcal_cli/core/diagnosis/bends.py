@@ -13,10 +13,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.form import Form
+from footcal_cli.core.diagnosis.kindred import Tried
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import (
     CURVES,
     KNEES,
@@ -26,12 +30,14 @@ from footcal_cli.core.diagnosis.unnamed import (
     loads_of,
 )
 from footcal_cli.core.effects import having
-from footcal_cli.core.effects.contract import Trait, is_six_axis
+from footcal_cli.core.effects.contract import Scope, Trait, is_six_axis, units_of
 from footcal_cli.core.inference.case import Case, Rows, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
-from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.inference.whitening import has_single_rows
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
 GAINS = having(Trait.AXIS_GAIN)
@@ -111,6 +117,59 @@ def against_bends(after: Problem, bends: Bends, signs: FloatArray) -> Unnamed:
     return Unnamed(left, rival=False, as_form=True)
 
 
+def open_curves(subject: Subject, best: Tried, noise: Noise, rules: Rules) -> list[Signature]:
+    """Curves of the axis that a gain is named for, where they may bend by a good part of it.
+
+    Loads of three levels, as hangings have them, tell a gain g from a curve by its even part alone.
+    With loads that span 2 F the curve ``q x²`` is open while the 95 % bound of |q| F beside the
+    gain exceeds `Rules.bend_share` · |g|: no loss can speak against what the gain so resembles.
+
+    Parameters
+    ----------
+    best
+        The named cause in its refit.
+    noise
+        In which contenders are judged.
+    """
+    mine, effect = best.cause.signature, subject.table[best.cause.signature.effect]
+    if mine.effect not in GAINS or Trait.SWITCH in effect.traits:
+        return []
+    (owner, _), *_ = mine.owners
+    axis, ideal = f"{owner}.{mine.parameter.rsplit('_', 1)[1]}", best.fitted.ideal
+    curves = [
+        s for s in subject.problem.signatures
+        if s.effect in CURVES and [axes for _, axes in s.owners] == [(axis,)]
+    ]  # fmt: skip
+    gain = abs(best.fitted.values[f"{owner}.{mine.parameter}"])
+    reach = 0.5 * float(np.ptp(loads_of(ideal, [axis])[axis]))
+    found = []
+    for curve in curves:
+        bending = subject.table[curve.effect]
+        size = next(p for p in bending.sizes if p.name == curve.parameter)
+        column = derivative(ideal, subject.rows, bending, size, dict(curve.owners), {})
+        if largest(best.bare, column, noise) * reach > rules.bend_share * gain:
+            found.append(curve)
+    return found
+
+
+def largest(bare: Problem, column: FloatArray, noise: Noise | None = None) -> float:
+    """95 % bound of the absolute size of a row column beside what is fitted; infinite unseen.
+
+    Parameters
+    ----------
+    bare, column
+        A problem, and what size one adds to its residual, shape (m,).
+    noise
+        The problem's own where absent.
+    """
+    grams, _ = whitened_grams(bare, column[:, None], noise)
+    seen = scores(grams.inner, grams.calibration, grams.features)
+    if seen.inside[0]:
+        return float(np.inf)
+    sd = 1.0 / float(np.sqrt(seen.information.sum()))
+    return abs(float(seen.size[0])) + float(stats.norm.isf(0.025)) * sd
+
+
 def bend_left(last: Diagnosis, causes: Sequence[Cause]) -> bool:
     """Whether a curve of an axis is surely left beside a gain that is named for its transducer.
 
@@ -126,15 +185,10 @@ def bend_left(last: Diagnosis, causes: Sequence[Cause]) -> bool:
     """
     named = [c.signature for c in causes if c.signature.effect in GAINS]
     legs = {leg for s in named for _, own in s.owners for leg in own}
-    lib, p = last.library, last.search.first.p
-    return any(
-        p[i] < last.rules.alpha_name
-        and cause[0] in CURVES
-        and {
-            axis.rsplit(".", 1)[0]
-            for _, axes in lib.problem.signatures[lib.index(int(lib.columns[i][0]))].owners
-            for axis in axes
-        }
-        & legs
-        for i, cause in enumerate(lib.causes)
-    )
+    lib = last.library
+    for cause, columns, p in zip(lib.causes, lib.columns, last.search.first.p, strict=True):
+        if cause[0] in CURVES and p < last.rules.alpha_name:
+            curve = lib.problem.signatures[lib.index(int(columns[0]))]
+            if any(not legs.isdisjoint(units_of(Scope.LEG, axes)) for _, axes in curve.owners):
+                return True
+    return False

@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
+from footcal_cli.core.diagnosis.bends import open_curves
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
 from footcal_cli.core.diagnosis.field import field_of, white_loss
 from footcal_cli.core.diagnosis.kindred import (
@@ -136,6 +137,7 @@ def decided(
     near = {s.effect: (s, cos) for s, cos in alike}
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
     mirrored = _from_the_other_side(subject, chosen, fitted)
+    mirrored += open_curves(subject, best, noise, rules)
     same = never_distinguished(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     ) | {s.effect for s in mirrored}

@@ -12,11 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
+from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 SWINGS = (1, 2, 4)
 """Swings that are averaged on both sides of a jump."""
+_RCOND = 1e-9
 _FEWEST = 8
 """Differences asked for: of fewer nobody knows what is usual."""
 _BROKEN = 2.5
@@ -59,6 +61,11 @@ class Jump:
         """
         near = self.after_s <= other.before_s and self.before_s >= other.after_s
         return near and self.size <= share * other.size
+
+
+def jump_beside(problem: Problem, fitted: FloatArray) -> Jump:
+    """The largest jump of what the best calibration of some row columns, shape (m, k), leaves."""
+    return largest_jump(problem, left_by(fitted, problem.residual, _RCOND))
 
 
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:

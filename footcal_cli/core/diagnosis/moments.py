@@ -80,7 +80,9 @@ def best_between(subject: Subject, after_s: float, before_s: float) -> Signature
     log = max(subject.case.judged, key=len)
     since = log.time_s - log.time_s[0]
     times = since[(since > after_s) & (since < before_s)]
-    moment = _moment_of(subject.table[found.effect]) or ""
+    moment = _moment_of(subject.table[found.effect])
+    if moment is None:  # only effects with a moment were placed
+        return found
     return _best(subject, ideal, [found, *(_at(found, moment, float(time)) for time in times)])
 
 

@@ -15,7 +15,7 @@ from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
-from footcal_cli.core.diagnosis.jumps import Jump, largest_jump
+from footcal_cli.core.diagnosis.jumps import Jump, jump_beside
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.moments import best_between
@@ -24,7 +24,7 @@ from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import whitened_grams
-from footcal_cli.core.inference.linear import left_by, scaled_inverse
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
@@ -143,7 +143,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     problem, rules = subject.problem, path.rounds[0].rules
     if not problem.drifts or len(subject.case.logs) > 1:
         return None
-    jump = largest_jump(problem, left_by(problem.fitted, problem.residual, _RCOND))
+    jump = jump_beside(problem, problem.fitted)
     if jump.p >= rules.alpha_small:
         return None
     start = float(subject.case.logs[0].time_s[0])
@@ -155,9 +155,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     model = replace(model, intervals=_of_one_step(subject, cause, model, jump))
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
     ended = continued(subject, begun, model, seed)
-    left = largest_jump(
-        ended.current, left_by(ended.current.fitted, ended.current.residual, _RCOND)
-    )
+    left = jump_beside(ended.current, ended.current.fitted)
     form = left.is_form_of(jump, rules.second_share)
     return ended if form or left.p >= rules.alpha_unknown * LEVEL_SHARE["spell"] else None
 

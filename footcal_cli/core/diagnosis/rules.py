@@ -52,6 +52,9 @@ class Rules:
     misfit_share
         Share of what the best one adds beside a rival of its kind (p < `alpha_left`) below which
         lies all that its kind could still explain beside the best one, where the rival is out.
+    bend_share
+        Share of a transducer's gain that the 95 % bound of a curve of that axis must stay below
+        for the gain alone to be named.
     rival_share
         Share of the best cause's gain that makes another one a rival at all.
     look_alike, contender_share, most_contenders
@@ -120,6 +123,7 @@ class Rules:
     other_form: float = 0.01
     wrong_form: float = 0.3
     misfit_share: float = 0.5
+    bend_share: float = 0.25
     rival_share: float = 0.3
     look_alike: float = 0.6
     contender_share: float = 0.5
@@ -183,6 +187,8 @@ class Rules:
             f"a foot's readings together with linear names, nor another curve of its axis with a "
             f"named "
             f"one, with {1 - self.share_form:.0%}; "
+            f"a curve of an axis is a rival of its gain while it may bend by "
+            f"{self.bend_share:.0%} of it; "
             f"a rival in a stand is out at odds of {self.alpha_name:g} too, and a name there may "
             f"rest on how much nearer it brings a known calibration (p < {self.alpha_name:g}); "
             f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from footcal_cli.core.diagnosis.jumps import largest_jump
+from footcal_cli.core.diagnosis.jumps import jump_beside
 from footcal_cli.core.inference.evidence import sign_flip_max_t
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
@@ -42,10 +42,10 @@ def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = N
     if problem.rate_hz <= 0 and _ORDER in problem.regressors:
         return _neighbours_p(problem, fitted)
     if problem.drifts:
-        return largest_jump(problem, _left(problem.residual, fitted)).p
+        return jump_beside(problem, fitted).p
     if problem.rate_hz <= 0 or problem.settings is not None:
         return 1.0
-    residual = residual_within_blocks(problem, _left(problem.residual, fitted))
+    residual = residual_within_blocks(problem, left_by(fitted, problem.residual, _RCOND))
     leaning = np.zeros((problem.blocks, len(WINDOWS)))
     starts = np.flatnonzero(np.diff(problem.sequence, prepend=problem.sequence[:1] - 1))
     for rows in np.split(np.arange(residual.size), starts[1:]):
@@ -60,10 +60,6 @@ def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = N
     return float(sign_flip_max_t(leaning, signs).p.min())
 
 
-def _left(residual: FloatArray, fitted: FloatArray) -> FloatArray:
-    return left_by(fitted, residual, _RCOND)
-
-
 def _neighbours_p(problem: Problem, fitted: FloatArray) -> float:
     """Sign-flip p that placements are like those just before them, ``Σ_t Σ_{k≤6} e_t·e_{t−k}``.
 
@@ -73,7 +69,7 @@ def _neighbours_p(problem: Problem, fitted: FloatArray) -> float:
         number, loose = problem.settings.number, problem.settings.columns
         own = [np.where((number == s)[:, None], loose, 0.0) for s in np.unique(number)]
         fitted = np.hstack([fitted, *own])
-    residual = _left(problem.residual, fitted)
+    residual = left_by(fitted, problem.residual, _RCOND)
     place, when = np.unique(problem.regressors[_ORDER], return_inverse=True)
     error = np.zeros((place.size, len(problem.outputs)))
     for o in range(len(problem.outputs)):

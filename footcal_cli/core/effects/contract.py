@@ -348,8 +348,3 @@ def can_carry(channels: Sequence[str], effect: Effect) -> bool:
         of_robot = effect.stage in (Stage.BODY, Stage.TRANSPORT)
         return of_robot or bool({"hang", "pose"} & set(effect.experiments))
     return effect.scope is not Scope.LEG
-
-
-def is_neutral(effect: Effect, theta: Theta) -> bool:
-    """Whether every size is neutral for every owner, so that the effect may be skipped."""
-    return not any((theta[size.name] != size.neutral).any() for size in effect.sizes)

@@ -183,10 +183,8 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     for _ in range(_INERTIAL_ROUNDS if any(run.shaft_radps.any() for run in runs) else 0):
         first = Reduced.of(designs, wrenches, white_noise(_TYPICAL_SD), triangles)
-        theta, balance = (
-            fit_reduced(first, model, weight_n).estimates.values,
-            HangResidual.of(model),
-        )
+        balance = HangResidual.of(model)
+        theta = fit_reduced(first, model, weight_n).estimates.values
         wrenches = [balance.at_rest(log, theta) for log in rows]
         triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     freedom = samples - sum(z.shape[1] for z in designs)

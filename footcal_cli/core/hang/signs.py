@@ -24,10 +24,10 @@ def misfit_by_signs(
     """
     hung = Hung.of(logs, asked)
     wrenches = [run.wrench for run in hung.runs]
-    noise = white_noise(np.array([channel.sd for channel in given.noise]))
+    sd = np.array([channel.sd for channel in given.noise])
+    noise = white_noise(sd)
     triangles = [triangle(*each) for each in zip(hung.designs, wrenches, hung.grams, strict=True)]
     reduced = Reduced.of(hung.designs, wrenches, noise, triangles)
-    sd = np.array([channel.sd for channel in noise])
     unseen = sum(float(np.sum((w / sd) ** 2)) for w in wrenches) - float(np.sum(reduced.target**2))
 
     def misfit(signs: FloatArray) -> float:

@@ -177,7 +177,10 @@ class Lazy(Products):
         self._keep([int(c) for c in fitted if int(c) not in self._kept])
         if not fitted.size:
             return np.empty((self.blocks, 0, columns.size))
-        return np.stack([self._kept[int(c)][:, columns] for c in fitted], axis=1)
+        out = np.empty((self.blocks, fitted.size, columns.size))
+        for i, c in enumerate(fitted):
+            out[:, i] = self._kept[int(c)][:, columns]
+        return out
 
     def _keep(self, columns: list[int]) -> None:
         """Products of a few columns with all of them, shape (B, n) each."""
