@@ -54,7 +54,7 @@ def _of_its_file(name: str, stem: str) -> str:
 def _anatomical(names: Sequence[str]) -> list[str]:
     """Forces along the axes of a body, as axes: ``GRF_ML``, ``GRF_AP``, ``GRF_V`` are y, x and z.
 
-    They are told by standing side by side: alone ``ML`` is a place, and ``V`` a volt.
+    They are recognised by standing side by side: alone ``ML`` is a place, and ``V`` a volt.
     """
     found = [_OF_A_BODY.fullmatch(name.strip()) for name in names]
     by_stem: dict[str, set[str]] = {}
