@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar, cast
 
@@ -166,14 +166,8 @@ def _columns_removed(effect: Effect, last: _Removed, log: Log, theta: Theta) -> 
 
 
 def _removed_from(effect: Effect, log: Log, theta: Theta, columns: IntArray) -> FloatArray:
-    part = replace(
-        log,
-        channels=tuple(log.channels[c] for c in columns),
-        readings=np.ascontiguousarray(log.readings[:, columns]),
-        known={},
-    )
     mine = {name: values[columns] for name, values in theta.items()}
-    return effect.remove(part, mine, None)[0].readings
+    return effect.remove(log.of_channels(columns), mine, None)[0].readings
 
 
 @dataclass(frozen=True)

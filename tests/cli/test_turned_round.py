@@ -10,9 +10,12 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -67,18 +70,40 @@ def footcal(*words: object) -> subprocess.CompletedProcess[str]:
     return subprocess.CompletedProcess(line, code, out.getvalue(), err.getvalue())
 
 
-def started(*words: object, within_s: float) -> int:
-    """The exit code of a command line in a process of its own, which may not hang."""
-    line = [sys.executable, "-m", "footcal_cli", *map(str, words)]
-    return subprocess.run(line, capture_output=True, timeout=within_s, check=False).returncode
+def forked(words: Sequence[object], hook: Sequence[object] = ("", "", 0, "")) -> int:
+    """A command line in a process of its own, which need not import all again; its number."""
+    child = os.fork()
+    if child:
+        return child
+    code = 70
+    try:
+        sys.argv = ["-c", *map(str, hook), *map(str, words)]
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            exec(HOOKED, {})
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
+    finally:
+        os._exit(code)
 
 
-def hooked(
-    event: str, match: str, number: int, deed: str, words: Sequence[object]
-) -> subprocess.CompletedProcess[str]:
-    """A command line to which something happens at the n-th audit event of a kind."""
-    line = [sys.executable, "-c", HOOKED, event, match, str(number), deed, *map(str, words)]
-    return subprocess.run(line, capture_output=True, text=True, timeout=120, check=False)
+def ended(child: int, within_s: float = 120.0) -> int:
+    """The exit code of a process that may not hang; negative: the signal that killed it."""
+    until = time.monotonic() + within_s
+    while time.monotonic() < until:
+        number, status = os.waitpid(child, os.WNOHANG)
+        if number:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.02)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    raise AssertionError(f"no end within {within_s} s")
+
+
+def interrupted(event: str, match: str, words: Sequence[object]) -> tuple[int, str]:
+    """Exit code and message of a fresh interpreter with an interrupt at the first such event."""
+    line = [sys.executable, "-c", HOOKED, event, match, "1", "SIGINT", *map(str, words)]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=120, check=False)
+    return done.returncode, done.stderr
 
 
 def level(out: Path) -> str:
@@ -241,10 +266,8 @@ def test_a_kill_at_a_rename_leaves_a_result_under_its_name(tmp_path: Path, numbe
     log, out = bench(tmp_path / "w.csv"), tmp_path / "runs" / "out"
     out.parent.mkdir()
     assert footcal("offline-fit", log, "--out", out).returncode == 0
-    hooked(
-        "os.rename", str(out.parent), number, "SIGKILL",
-        ["offline-fit", log, "--out", out, "--overwrite"],
-    )  # fmt: skip
+    killed = ("os.rename", str(out.parent), number, "SIGKILL")
+    ended(forked(["offline-fit", log, "--out", out, "--overwrite"], killed))
     assert (out / "run.json").is_file()
 
 
@@ -252,26 +275,22 @@ def test_two_writers_do_not_both_succeed(tmp_path: Path) -> None:
     log = bench(tmp_path / "w.csv")
     for race in range(3):
         out = tmp_path / f"out{race}"
-        line = [sys.executable, "-m", "footcal_cli", "offline-fit", str(log), "--out", str(out)]
-        both = [
-            subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            for _ in range(2)
-        ]
-        assert sorted(one.wait(timeout=120) for one in both) != [0, 0]
+        both = [forked(["offline-fit", log, "--out", out]) for _ in range(2)]
+        assert [ended(one) for one in both] != [0, 0]
 
 
 @pytest.mark.parametrize(("event", "match"), [("import", "numpy"), ("open", "weights_of_a_cell")])
 def test_an_interrupt_is_130_and_one_sentence(tmp_path: Path, event: str, match: str) -> None:
     log = bench(tmp_path / "weights_of_a_cell.csv")
-    done = hooked(event, match, 1, "SIGINT", ["offline-fit", log, "--out", tmp_path / "out"])
-    assert done.returncode == 130
-    assert len(done.stderr.strip().splitlines()) == 1
+    code, told = interrupted(event, match, ["offline-fit", log, "--out", tmp_path / "out"])
+    assert code == 130
+    assert len(told.strip().splitlines()) == 1
 
 
 def test_no_memory_is_no_missed_gate(tmp_path: Path) -> None:
     log = bench(tmp_path / "weights_of_a_cell.csv")
-    done = hooked("open", log.name, 1, "memory", ["offline-fit", log, "--out", tmp_path / "out"])
-    assert done.returncode == 74
+    words = ["offline-fit", log, "--out", tmp_path / "out"]
+    assert ended(forked(words, ("open", log.name, 1, "memory"))) == 74
 
 
 def test_a_calibration_that_missed_its_gate_is_not_up_to_date(tmp_path: Path) -> None:
@@ -319,14 +338,14 @@ def test_a_tower_of_powers_ends(tmp_path: Path) -> None:
     log, recipe = bench(tmp_path / "w.csv"), tmp_path / "r.toml"
     recipe.write_text('[columns]\ntime_s = { column = "counts", unit = "s**9**9**9" }\n', "utf-8")
     asked = ("--recipe", recipe, "--quiet", "--out", tmp_path / "out")
-    assert started("offline-fit", log, *asked, within_s=30) == 2
+    assert ended(forked(["offline-fit", log, *asked]), within_s=30) == 2
 
 
 def test_shuffled_rows_of_a_hanging_end(hanging: Path, tmp_path: Path) -> None:
     log = pd.read_parquet(hanging / "hang" / "hang.parquet").sample(frac=1.0, random_state=1)
     log.to_parquet(tmp_path / "hang.parquet", index=False)
     asked = ("--recipe", hanging / "hexapod.toml", "--quiet", "--out", tmp_path / "out")
-    assert started("hang-calib", tmp_path / "hang.parquet", *asked, within_s=90) == 3
+    assert ended(forked(["hang-calib", tmp_path / "hang.parquet", *asked]), within_s=90) == 3
 
 
 def test_the_same_rows_under_another_name_are_counted_once(tmp_path: Path) -> None:

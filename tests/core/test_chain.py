@@ -155,3 +155,39 @@ def test_what_follows_from_the_known_is_made_once_for_all_readings() -> None:
     assert heavier.of_known(mass) == 2.0 * log.of_known(mass)
     with pytest.raises(ValueError, match="readings have shape"):
         log.with_readings(log.readings[1:])
+
+
+def test_what_follows_from_the_known_stays_where_what_it_read_stays() -> None:
+    log, asked = cell_log(), []
+
+    def mass(given: Log) -> float:
+        asked.append("friction" in given.known)
+        return float(given.known["mass_kg"][0])
+
+    def twice(given: Log) -> float:
+        return 2.0 * given.of_known(mass)
+
+    assert log.of_known(twice) == 2.0 * log.known["mass_kg"][0]
+    moved = log.with_known(com_m=log.known["com_m"] + 1.0)
+    assert moved.of_known(twice) == log.of_known(twice)
+    assert len(asked) == 1
+    # what one function read through another counts, and so does what was looked for in vain
+    heavier = moved.with_known(mass_kg=3.0 * log.known["mass_kg"])
+    assert heavier.of_known(twice) == 3.0 * log.of_known(twice)
+    assert log.with_known(friction=log.known["mass_kg"]).of_known(mass) == log.of_known(mass)
+    assert asked[-2:] == [True, False]
+
+
+def test_what_follows_from_the_stamps_serves_any_channels_of_the_same_rows() -> None:
+    log, asked = cell_log(), []
+
+    def span(given: Log) -> float:
+        asked.append(given)
+        return float(np.ptp(given.time_s))
+
+    some = log.of_channels(np.array([2, 5]))
+    assert some.channels == (CELLS[2], CELLS[5])
+    np.testing.assert_array_equal(some.readings, log.readings[:, [2, 5]])
+    assert some.of_time(span) == log.with_known(mass_kg=log.known["mass_kg"]).of_time(span)
+    assert len(asked) == 1
+    assert log.rows(0, 10).of_time(span) < log.of_time(span)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from footcal_cli.core.parameters import Estimates
 
@@ -65,7 +65,7 @@ def find_changes(now: Estimates, before: Estimates) -> tuple[Change, ...]:
     joint = np.hypot(earlier, now.sd[[i for i, _ in common]])
     with np.errstate(divide="ignore", invalid="ignore"):
         in_earlier, in_joint = shifts / earlier, shifts / joint
-    p = 2.0 * stats.norm.sf(np.abs(in_joint))
+    p = 2.0 * special.ndtr(-np.abs(in_joint))
     order = np.argsort(-np.abs(in_joint), kind="stable")
     held = np.empty(len(common))
     # Holm: the smallest p counts k times, the next k − 1 times ..., never smaller than the last

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regressors import (
@@ -59,7 +59,7 @@ class Prediction:
 
     def half_width_n(self, level: float = 0.95) -> FloatArray:
         """Half the width of the interval for the load, shape (n,)."""
-        return np.asarray(stats.t.ppf(0.5 + level / 2.0, self.dof) * self.sd_n)
+        return np.asarray(special.stdtrit(self.dof, 0.5 + level / 2.0) * self.sd_n)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class ChannelFit:
         at = 2 + np.array(terms, dtype=np.int64)
         sizes, covariance = self.linear[at], self.linear_covariance[np.ix_(at, at)]
         statistic = float(sizes @ scaled_inverse(covariance, _RCOND) @ sizes) / at.size
-        return float(stats.f.sf(statistic, at.size, self.dof[at].min()))
+        return float(special.fdtrc(at.size, self.dof[at].min(), max(statistic, 0.0)))
 
     def predict(self, record: BenchRecord) -> Prediction:
         """Loads from readings alone, in order of time where the model remembers.
@@ -303,8 +303,8 @@ def _estimates(
     values[affine:] = np.exp(linear[affine:])
     jacobian[range(affine, count), range(affine, count)] = values[affine:]
     sd = np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
-    log_sd, quantile = np.sqrt(np.diag(covariance)), stats.t.ppf(0.975, dof)
-    wider = jacobian * (quantile / stats.norm.ppf(0.975))
+    log_sd, quantile = np.sqrt(np.diag(covariance)), special.stdtrit(dof, 0.975)
+    wider = jacobian * (quantile / special.ndtri(0.975))
     spread = wider @ covariance @ wider.T
     ci95 = np.column_stack([values - quantile * sd, values + quantile * sd])
     reach = np.exp(np.minimum(quantile * log_sd, _WIDEST_LOG))[affine:]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from footcal_cli.core.bench.cop_models import MODELS, CopFit, CopModel, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
@@ -73,7 +73,7 @@ class CopResult:
 
     def cop_half_width_m(self, rows: PlacementRows, level: float = 0.95) -> FloatArray:
         """Half the width of the interval of a corrected CoP, shape (n, 2)."""
-        quantile = stats.t.ppf(0.5 + level / 2.0, max(self.groups - 1, 1))
+        quantile = special.stdtrit(max(self.groups - 1, 1), 0.5 + level / 2.0)
         return np.asarray(quantile * self.cop_sd_m(rows))
 
     def extrapolated(self, rows: PlacementRows, fitted: PlacementRows) -> BoolArray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from footcal_cli.core.inference.blocks import BlockFit, fit_blocks
 from footcal_cli.core.inference.fit import fit_map
@@ -172,7 +172,7 @@ def fit_affine(
     # back from the centred to the raw reading: d = d₀ − c·S₀
     shift = np.array([[1.0, 0.0], [-centre, 1.0]])
     values, covariance = shift @ coefficients, shift @ covariance @ shift.T
-    half = stats.t.ppf(0.975, fit.dof) * np.sqrt(np.diag(covariance))
+    half = special.stdtrit(fit.dof, 0.975) * np.sqrt(np.diag(covariance))
     return AffineFit(
         channel=channel,
         method=method,
@@ -269,7 +269,7 @@ def _lack_of_fit(load_n: FloatArray, counts: FloatArray) -> LackOfFit | None:
     if pure == 0.0:
         return None
     f = ((total - pure) / dof_model) / (pure / dof_pure)
-    return LackOfFit(f, float(stats.f.sf(f, dof_model, dof_pure)))
+    return LackOfFit(f, float(special.fdtrc(dof_model, dof_pure, max(f, 0.0))))
 
 
 def _bow(load_n: FloatArray, counts: FloatArray) -> float:
@@ -318,5 +318,5 @@ def pooled_curvature(fits: Sequence[AffineFit]) -> Curvature | None:
         bows=bows,
         mean=float(bows.mean()),
         same_sign=same,
-        sign_p=float(stats.binomtest(same, len(bows)).pvalue),
+        sign_p=min(1.0, 2.0 * float(special.bdtrc(same - 1, len(bows), 0.5))),
     )

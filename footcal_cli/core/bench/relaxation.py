@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from footcal_cli.core.inference.separable import Separable
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
@@ -188,7 +188,7 @@ def fit_relaxation(
     )
     found = model.fit()
     log_tau, kept = found.log_shapes, found.linear.coefficients
-    sd, quantile = np.sqrt(np.diag(found.covariance)), float(stats.t.ppf(0.975, found.dof[0]))
+    sd, quantile = np.sqrt(np.diag(found.covariance)), float(special.stdtrit(found.dof[0], 0.975))
     log_sd = sd[-constants:]
     tau = np.exp(log_tau)
     reach = np.exp(np.minimum(quantile * log_sd, _WIDEST_LOG))

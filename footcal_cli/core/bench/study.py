@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from footcal_cli.core.bench.channel import ChannelFit, Prediction
 from footcal_cli.core.bench.ladder import Ladder, climb
@@ -133,7 +133,7 @@ class ChannelStudy:
         if self.fit is not None:
             return complete(self.fit)
         found, dof = self.affine.estimates, self.affine.load_n.size - 2
-        wider = stats.t.ppf(0.975, dof) / stats.norm.ppf(0.975) if dof > 0 else np.nan
+        wider = special.stdtrit(dof, 0.975) / special.ndtri(0.975) if dof > 0 else np.nan
         return replace(found, covariance=wider**2 * found.covariance)
 
     def predict(self, record: BenchRecord) -> Prediction:

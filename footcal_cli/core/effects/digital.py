@@ -26,7 +26,7 @@ _WHOLE = 1e-12
 def _stick(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     clock, held = state or (None, x[0])
     fresh = recording(log.time_s, clock[1] if clock else None).fresh
-    since, clock = elapsed(log.time_s, clock)
+    since, clock = elapsed(log, clock)
     stuck = (since[:, None] >= theta["stuck_time"]) & ~fresh[:, None]
     last_free = np.maximum.accumulate(np.where(stuck, -1, np.arange(len(x))[:, None]), axis=0)
     shown = np.where(last_free < 0, held, np.take_along_axis(x, np.maximum(last_free, 0), axis=0))

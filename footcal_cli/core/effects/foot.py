@@ -68,7 +68,7 @@ def _slip(sign: float) -> ArrayTransform:
     def moved(pos: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         if is_six_axis(log.channels):
             return pos, state
-        since, state = elapsed(log.time_s, state)
+        since, state = elapsed(log, state)
         shift = np.zeros((len(log), len(log.channels), 2))
         for i, cells in enumerate(columns_of(Scope.FOOT, log.channels)):
             slid = np.clip((since - theta["slip_time"][i]) / theta["slip_duration"][i], 0.0, 1.0)

@@ -76,7 +76,15 @@ RowState = tuple[float, int, float]
 
 def rows_of(log: Log, last: RowState | None) -> tuple[Recording, RowState]:
     """The recording of a log's chunk after the row `last`, and what the next chunk goes on from."""
-    last_s, last_block, apart_s = last or (None, -1, 0.0)
+    return log.of_time(_rows_of_all) if last is None else _rows_after(log, last)
+
+
+def _rows_of_all(log: Log) -> tuple[Recording, RowState]:
+    return _rows_after(log, (None, -1, 0.0))
+
+
+def _rows_after(log: Log, last: tuple[float | None, int, float]) -> tuple[Recording, RowState]:
+    last_s, last_block, apart_s = last
     passed = recording(log.time_s, last_s, log.block, last_block, apart_s)
     block_before = last_block if len(log) == 1 else int(log.block[-2])
     within = int(log.block[-1]) == block_before
@@ -88,9 +96,17 @@ ElapsedState = tuple[float, float]
 """First and last stamp of the recording so far."""
 
 
-def elapsed(time_s: FloatArray, state: ElapsedState | None) -> tuple[FloatArray, ElapsedState]:
+def elapsed(log: Log, state: ElapsedState | None) -> tuple[FloatArray, ElapsedState]:
     """Time since each recording's first row (n,), and what the next chunk goes on from."""
-    first, last = state or (np.nan, None)
+    return log.of_time(_elapsed_of_all) if state is None else _elapsed_after(log, state)
+
+
+def _elapsed_of_all(log: Log) -> tuple[FloatArray, ElapsedState]:
+    return _elapsed_after(log, (np.nan, None))
+
+
+def _elapsed_after(log: Log, state: tuple[float, float | None]) -> tuple[FloatArray, ElapsedState]:
+    (first, last), time_s = state, log.time_s
     fresh = recording(time_s, last).fresh
     start = np.maximum.accumulate(np.where(fresh, np.arange(time_s.size), -1))
     origin = np.where(start < 0, first, time_s[start])
@@ -103,7 +119,7 @@ def plus_since(
     """``x + amount`` of the time since the recording's first row; with the sign −1 back."""
 
     def moved(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-        since, state = elapsed(log.time_s, state)
+        since, state = elapsed(log, state)
         return x + sign * amount(since, theta), state
 
     return moved

@@ -241,6 +241,7 @@ BIAS_DRIFT = Effect(
     unseen_walking=DRIFT_TAKES_IT + "log ten unloaded minutes",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
+    by_column=True,
     parameters=(EffectParameter("bias_drift", "N/s", 0.0, -0.1, 0.1, 5e-4),),
     apply=on_readings(plus_since(_drift)),
     remove=on_readings(plus_since(_drift, -1.0)),
@@ -258,6 +259,7 @@ BIAS_JUMP = Effect(
     traits=(Trait.TIMED, Trait.MEMORY),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
+    by_column=True,
     parameters=(
         EffectParameter("bias_jump", "N", 0.0, -100.0, 100.0, 0.5),
         moment("jump_time", 10),

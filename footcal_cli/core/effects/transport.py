@@ -137,14 +137,14 @@ def _undelay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
 
 def _clock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
     origin, history = state or (None, None)
-    since, origin = elapsed(log.time_s, origin)
+    since, origin = elapsed(log, origin)
     log, history = _shifted(log, log.time_s - theta["clock_drift"][0] * since, history)
     return log, (origin, history)
 
 
 def _unclock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
     origin, history = state or (None, None)
-    since, origin = elapsed(log.time_s, origin)
+    since, origin = elapsed(log, origin)
     rate = theta["clock_drift"][0]
     log, history = _shifted(log, log.time_s + rate / (1.0 - rate) * since, history)
     return log, (origin, history)

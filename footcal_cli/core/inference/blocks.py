@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from footcal_cli.core.inference.variance_ratios import BlockSums, reml_ratios
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -60,7 +60,7 @@ class BlockFit:
 
     def half_width(self, level: float = 0.95) -> FloatArray:
         """Half the width of each coefficient's interval, shape (p,)."""
-        return np.asarray(stats.t.ppf(0.5 + level / 2.0, self.dof) * self.sd)
+        return np.asarray(special.stdtrit(self.dof, 0.5 + level / 2.0) * self.sd)
 
 
 def fit_blocks(

@@ -187,11 +187,18 @@ def residual(
 
 
 def _judged(case: Case, number: int, truth: Log) -> Log:
-    """The judged rows of a log from which a chain is removed; most chains change readings only."""
-    log = case.logs[number]
-    if case.stride > 1 and truth.known is log.known and truth.time_s is log.time_s:
-        return case.judged[number].with_readings(truth.readings[:: case.stride])
-    return every(truth, case.stride)
+    """The judged rows of a log from which a chain is removed; what it left is kept."""
+    log, judged, stride = case.logs[number], case.judged[number], case.stride
+    same = truth.time_s is log.time_s and truth.block is log.block
+    if stride == 1 or not same or truth.known.keys() != log.known.keys():
+        return every(truth, stride)
+    if truth.known is log.known:
+        return judged.with_readings(truth.readings[::stride])
+    changed = {
+        name: array[::stride].copy() for name, array in truth.known.items()
+        if array is not log.known[name]
+    }  # fmt: skip
+    return judged.with_known(**changed).with_readings(truth.readings[::stride].copy())
 
 
 def every(log: Log, stride: int) -> Log:

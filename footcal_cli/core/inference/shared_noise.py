@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -226,16 +226,16 @@ def _student(log_sd: float) -> float:
     root = np.exp(0.5 * log_sd * at)
 
     def missed(width: float) -> float:
-        return float(2.0 * stats.norm.sf(width / root) @ weight / weight.sum()) - _OUTSIDE
+        return float(2.0 * special.ndtr(-width / root) @ weight / weight.sum()) - _OUTSIDE
 
     if not missed(_WIDEST) < 0.0:  # nothing is known of the variance
         return _FEWEST_FREEDOM
     width = optimize.brentq(missed, 0.5, _WIDEST)
-    if width <= stats.t.ppf(1.0 - _OUTSIDE / 2.0, _MOST_FREEDOM):
+    if width <= special.stdtrit(_MOST_FREEDOM, 1.0 - _OUTSIDE / 2.0):
         return _MOST_FREEDOM
     return float(
         optimize.brentq(
-            lambda dof: stats.t.ppf(1.0 - _OUTSIDE / 2.0, dof) - width, _FEWEST_FREEDOM, 2e3
+            lambda dof: special.stdtrit(dof, 1.0 - _OUTSIDE / 2.0) - width, _FEWEST_FREEDOM, 2e3
         )
     )
 
