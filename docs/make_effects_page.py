@@ -19,7 +19,7 @@ from footcal_cli.core.simulation.bench_logs import (
     placements_log,
     weights_logs,
 )
-from footcal_cli.core.simulation.biped_logs import Streams, biped_logs
+from footcal_cli.core.simulation.biped_logs import Course, Streams, biped_logs
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
 from footcal_cli.core.simulation.noise import QUIET
@@ -144,7 +144,7 @@ def clean_logs() -> dict[str, Log]:
     walk = WalkPlan(duration_s=9.0, speed_mps=0.08, stand_s=1.5)
     stairs = WeightsPlan(sessions=2, noise=QUIET)
     walked = biped_logs(
-        "walk", biped, lambda t: walking(biped, walk, t), walk.duration_s, nothing, {},
+        Course("walk", biped, lambda t: walking(biped, walk, t), walk.duration_s), nothing, {},
         seed=1, streams=quiet, to_counts=False,
     )  # fmt: skip
     holes = PlacementsPlan(loads_n=(20.0,), repeats=3, noise=QUIET)

@@ -5,13 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from pydantic import Field
 
-from footcal_cli.commands.options import Overwrite, Quiet, RecipeFile
+from footcal_cli.commands.options import (
+    Given,
+    Overwrite,
+    Quiet,
+    RecipeFile,
+    overrides_of,
+    without_folder,
+)
 from footcal_cli.recipe import CommandOptions
+from footcal_cli.recipe.options import Flag
 
 if TYPE_CHECKING:
     from footcal_cli.formats.contract import Columns, Stream
@@ -25,85 +33,81 @@ class ConvertOptions(CommandOptions):
     (the first topic where none is named), a partner no farther than `tolerance_s`.
     """
 
-    topics: tuple[str, ...] = ()
-    time: Literal["header", "log"] = "header"
-    join: Literal["nearest", "previous"] | None = None
-    clock: str | None = None
-    tolerance_s: float | None = Field(default=None, gt=0)
-
-
-def convert(
-    sources: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="SRC", help="Logs of other tools; replace \\[data] convert."),
-    ] = None,
-    recipe: RecipeFile = None,
-    topic: Annotated[
-        list[str] | None,
-        typer.Option("--topic", metavar="NAME", help="A topic or table to write; repeatable."),
-    ] = None,
-    show: Annotated[
-        bool, typer.Option("--list", help="Print what is inside and write nothing.")
-    ] = False,
+    topics: Annotated[
+        tuple[str, ...],
+        Flag("A topic or table to write; repeatable.", name="topic", metavar="NAME"),
+    ] = ()
     time: Annotated[
-        str | None,
-        typer.Option(
-            "--time",
-            help="Time stamp of a message: its header's (header, default) or the recorder's (log).",
-        ),
-    ] = None,
+        Literal["header", "log"],
+        Flag("Time stamp of a message: its header's (header, default) or the recorder's (log)."),
+    ] = "header"
     join: Annotated[
-        str | None,
-        typer.Option(
-            "--join",
-            help="Write one table of all topics, joined by the nearest or the previous time stamp.",
-        ),
-    ] = None,
+        Literal["nearest", "previous"] | None,
+        Flag("Write one table of all topics, joined by the nearest or the previous time stamp."),
+    ] = None
     clock: Annotated[
         str | None,
-        typer.Option(
-            "--clock",
-            metavar="NAME",
-            help="Topic whose time stamps are the rows of the joined table.",
-        ),
-    ] = None,
+        Flag("Topic whose time stamps are the rows of the joined table.", metavar="NAME"),
+    ] = None
     tolerance_s: Annotated[
-        float | None,
-        typer.Option("--tolerance-s", help="Largest difference of joined time stamps, in seconds."),
-    ] = None,
-    out: Annotated[
-        Path,
-        typer.Option("--out", "-o", metavar="FILE.parquet|DIR", help="File or folder to write."),
-    ] = Path("out/convert"),
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-) -> None:
+        float | None, Flag("Largest difference of joined time stamps, in seconds.")
+    ] = Field(default=None, gt=0)
+
+
+_FIRST: dict[str, Any] = {
+    "sources": (
+        Annotated[
+            list[Path] | None,
+            typer.Argument(metavar="SRC", help="Logs of other tools; replace \\[data] convert."),
+        ],
+        None,
+    ),
+    "recipe": (RecipeFile, None),
+    "show": (
+        Annotated[bool, typer.Option("--list", help="Print what is inside and write nothing.")],
+        False,
+    ),
+}
+_LAST: dict[str, Any] = {
+    "out": (
+        Annotated[
+            Path,
+            typer.Option(
+                "--out", "-o", metavar="FILE.parquet|DIR", help="File or folder to write."
+            ),
+        ],
+        Path("out/convert"),
+    ),
+    "overwrite": (Overwrite, False),
+    "quiet": (Quiet, False),
+}
+
+
+@without_folder(ConvertOptions, _FIRST, _LAST)
+def convert(given: Given) -> None:
     """Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet."""
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.formats.detect import open_source
     from footcal_cli.recipe import Recipe, read_recipe
 
+    recipe = given["recipe"]
     read = read_recipe(recipe, option_tables()) if recipe is not None else Recipe()
-    given = {
-        "topics": tuple(topic) if topic else None, "time": time, "join": join, "clock": clock,
-        "tolerance_s": tolerance_s,
-    }  # fmt: skip
-    options = read.options_for(ConvertOptions, "convert", given)
-    paths = list(sources or ()) or read.data_paths("convert")
+    options = read.options_for(ConvertOptions, "convert", overrides_of(ConvertOptions, given))
+    paths = list(given["sources"] or ()) or read.data_paths("convert")
     if not paths:
         raise UsageError(
             "no log to convert given", file=recipe,
             remedy="name a SRC on the command line or 'convert' in [data]",
         )  # fmt: skip
     found = {path: open_source(path, options.time) for path in paths}
-    if show:
+    if given["show"]:
         for path, streams in found.items():
             typer.echo("\n".join(_listing(path, streams)))
         return
     jobs = _jobs(found, options)
-    targets = _targets(jobs, out, overwrite)
-    _write(list(zip(jobs, targets, strict=True)), options, quiet)
+    targets = _targets(jobs, given["out"], given["overwrite"])
+    _write(list(zip(jobs, targets, strict=True)), options, given["quiet"])
 
 
 class _Job:

@@ -128,32 +128,64 @@ def command(
             given = {k: default for k, (_, default) in rows.items()} | words
             if opening is not None:
                 opening(given)
-            overrides = {field: given[k] for k, (field, _) in flags.items()}
-            session = begin(name, model, given, overrides, goes_on=goes_on)
+            session = begin(name, model, given, overrides_of(model, given), goes_on=goes_on)
             raise typer.Exit(session.finish(work(session, **{k: given[k] for k in wanted})))
 
-        run.__name__, run.__module__, run.__doc__ = work.__name__, work.__module__, work.__doc__
-        run.__signature__ = Signature(  # type: ignore[attr-defined]
-            [
-                Parameter(k, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
-                for k, (annotation, default) in rows.items()
-            ]
-        )
-        run.__annotations__ = {k: annotation for k, (annotation, _) in rows.items()}
-        return run
+        return _asking(run, work, rows)
 
     return made
+
+
+def without_folder(
+    model: type[Options], first: Mapping[str, Any], last: Mapping[str, Any]
+) -> Callable[[Callable[[Given], None]], Callable[..., None]]:
+    """Make a command that writes no run folder, of a function that takes what was given.
+
+    `first` and `last` are its words before and behind those of its options: typer's annotation and
+    the default of each.
+    """
+
+    def made(work: Callable[[Given], None]) -> Callable[..., None]:
+        flags = {k: (annotation, None) for k, (_, annotation) in flags_of(model).items()}
+        rows = {**first, **flags, **last}
+
+        def run(**words: Any) -> None:
+            work({k: default for k, (_, default) in rows.items()} | words)
+
+        return _asking(run, work, rows)
+
+    return made
+
+
+def _asking(
+    run: Callable[..., None], work: Callable[..., Any], rows: Mapping[str, tuple[Any, Any]]
+) -> Callable[..., None]:
+    """`run` with the name and words of `work` and one keyword for each row."""
+    run.__name__, run.__module__, run.__doc__ = work.__name__, work.__module__, work.__doc__
+    run.__signature__ = Signature(  # type: ignore[attr-defined]
+        [
+            Parameter(k, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+            for k, (annotation, default) in rows.items()
+        ]
+    )
+    run.__annotations__ = {k: annotation for k, (annotation, _) in rows.items()}
+    return run
+
+
+def overrides_of(model: type[CommandOptions], given: Given) -> Given:
+    """Fields of a model that the command line gave; those that are None leave the recipe's."""
+    every = {field: given[k] for k, (field, _) in flags_of(model).items()}
+    return {k: tuple(v) or None if isinstance(v, list) else v for k, v in every.items()}
 
 
 def begin(
     name: str, model: type[Options], given: Given, overrides: Given, *, goes_on: bool = False
 ) -> Any:
-    """Open the session of a command; `overrides` that are None leave the recipe's value."""
+    """Open the session of a command; `overrides` as of `overrides_of`."""
     from footcal_cli.commands import option_tables
     from footcal_cli.session.request import Request
     from footcal_cli.session.session import Session
 
-    texts = {k: tuple(v) or None if isinstance(v, list) else v for k, v in overrides.items()}
     request = Request(
         command=name,
         logs=tuple(given.get("logs") or ()),
@@ -164,7 +196,7 @@ def begin(
         seed=given.get("seed", 0),
         quiet=given["quiet"],
         overrides={
-            **texts,
+            **overrides,
             "strict_findings": given.get("strict_findings"),
             "pictures": False if given.get("no_pictures") else None,
         },

@@ -28,6 +28,8 @@ between two levels."""
 _FEWEST_CODES, _BENT, _STRAIGHT = 2.0**8, 0.9, 0.999
 """Codes of the smallest converter; squared correlations with a load of readings that lost their
 sign, and of the same with it."""
+DEAD_SPAN = 0.02
+"""Share of its siblings' span below which a channel stands still."""
 LINEAR = 0.5
 """Squared correlation of counts with known loads below which a cell does not weigh them."""
 

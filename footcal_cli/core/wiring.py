@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from footcal_cli.core.checks.siblings import DEAD_SPAN
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.readings import DEAD_SPAN
 
 MUCH_BETTER = 0.25
 """RMS error after exchanging two channels over that before, below which they are exchanged."""

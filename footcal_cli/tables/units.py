@@ -82,13 +82,10 @@ class Unit:
 
     Parameters
     ----------
-    spelling
-        As it was written.
     name
         In full (``gram``, ``newton * meter``).
     """
 
-    spelling: str
     name: str
 
 
@@ -149,7 +146,7 @@ def parse_unit(text: str) -> Unit:
         power = f" ** {atom[2]}" if atom[2] else ""
         product = " " in name and (bool(full) or bool(power))
         full += f"({name}){power}" if product else name + power
-    return Unit(shown, full)
+    return Unit(full)
 
 
 def _full_name(word: str, whole: str) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
-from footcal_cli.core.simulation.biped_logs import Streams, biped_logs
+from footcal_cli.core.simulation.biped_logs import Course, Streams, biped_logs
 from footcal_cli.core.simulation.noise import CELL_NOISE
 from footcal_cli.core.simulation.plans import Plans, Spread
 from footcal_cli.core.simulation.recorded import recorded
@@ -119,8 +119,8 @@ def main() -> None:
         requests = [parse_effect(text) for text in effects]
         whole, values = with_effects(chain, mounted(robot, bench), requests, robot.channels)
         both = biped_logs(
-            experiment, robot, motion_at, float(columns["time_s"][-1]), whole, values,
-            seed=seed, loads_at=loads_at,
+            Course(experiment, robot, motion_at, float(columns["time_s"][-1]), loads_at),
+            whole, values, seed=seed,
         )  # fmt: skip
         told = {
             "experiment": experiment,

@@ -26,6 +26,7 @@ from footcal_cli.core.simulation.bench_logs import (
 )
 from footcal_cli.core.simulation.biped_logs import (
     BipedLogs,
+    Course,
     MotionAt,
     StandPlan,
     biped_logs,
@@ -121,7 +122,7 @@ def wandered(log: Log, truth: Mapping[str, float], seed: int) -> Log:
 
 def moving(kind: str, seed: int, motion: MotionAt, seconds: float) -> FloatArray:
     chain, truth = calibration(BIPED, SPREAD, seed)
-    logs: BipedLogs = biped_logs(kind, BIPED, motion, seconds, chain, truth, seed=seed)
+    logs: BipedLogs = biped_logs(Course(kind, BIPED, motion, seconds), chain, truth, seed=seed)
     cells, body = logs.cells.log, logs.body.known
     if kind == "walk":
         cells = wandered(cells, truth, seed)

@@ -22,7 +22,7 @@ from footcal_cli.core.simulation.bench_logs import (
     placements_log,
     weights_logs,
 )
-from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
+from footcal_cli.core.simulation.biped_logs import Course, StandPlan, Streams, biped_logs, standing
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
 from footcal_cli.core.simulation.measure import Simulated
@@ -91,7 +91,7 @@ def simulate_stand(chain: Chain, values: dict[str, float], seed: int) -> Simulat
     plan = StandPlan(stances=8, stance_s=2.0, sway_m=0.0)
     streams = Streams(cell_rate_hz=10.0, cell_noise=FORCE, body_rate_hz=1.0)
     return biped_logs(
-        "stand", BIPED, standing(BIPED, plan, 3), plan.duration_s, chain, values,
+        Course("stand", BIPED, standing(BIPED, plan, 3), plan.duration_s), chain, values,
         seed=seed, streams=streams, to_counts=False,
     ).cells  # fmt: skip
 
@@ -100,7 +100,7 @@ def simulate_walk(chain: Chain, values: dict[str, float], seed: int) -> Simulate
     plan = WalkPlan(duration_s=6.0, speed_mps=0.1, stand_s=0.6, turn_radps=0.1)
     streams = Streams(cell_rate_hz=60.0, cell_noise=FORCE, body_rate_hz=1.0)
     return biped_logs(
-        "walk", BIPED, lambda t: walking(BIPED, plan, t), plan.duration_s, chain, values,
+        Course("walk", BIPED, lambda t: walking(BIPED, plan, t), plan.duration_s), chain, values,
         seed=seed, streams=streams, to_counts=False,
     ).cells  # fmt: skip
 

@@ -31,6 +31,7 @@ from footcal_cli.core.simulation.bench_logs import (
     weights_logs,
 )
 from footcal_cli.core.simulation.biped_logs import (
+    Course,
     MotionAt,
     StandPlan,
     Streams,
@@ -249,7 +250,7 @@ def _balanced(
     """Cells and body of a moving robot at the cells' stamps."""
     streams = Streams() if noisy else Streams(cell_noise=QUIET)
     log = biped_logs(
-        kind, ROBOT, motion, seconds, *_with(_cells(), calibrated(seed), hidden), seed=seed,
+        Course(kind, ROBOT, motion, seconds), *_with(_cells(), calibrated(seed), hidden), seed=seed,
         streams=streams,
     ).cells.log  # fmt: skip
     log = log.with_known(airborne=airborne(log.known["contact"]))

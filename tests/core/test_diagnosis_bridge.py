@@ -20,7 +20,7 @@ from footcal_cli.core.inference.signatures import derivative, summed
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.parameters import Parameter, ParameterSet
 from footcal_cli.core.simulation.bench_logs import WeightsPlan, weights_logs
-from footcal_cli.core.simulation.biped_logs import biped_logs
+from footcal_cli.core.simulation.biped_logs import Course, biped_logs
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.robots import Biped
 
@@ -73,7 +73,7 @@ def walk_case(
     chain = Chain((link(TABLE["scale_bias"], ROBOT.channels),))
     plan = WalkPlan(duration_s=duration_s)
     log = biped_logs(
-        "walk", ROBOT, lambda t: walking(ROBOT, plan, t), duration_s,
+        Course("walk", ROBOT, lambda t: walking(ROBOT, plan, t), duration_s),
         *distorted(chain, values, *hidden), seed=seed,
     ).cells.log  # fmt: skip
     rng = np.random.default_rng(seed)

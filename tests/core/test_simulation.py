@@ -22,6 +22,7 @@ from footcal_cli.core.simulation.bench_logs import (
 )
 from footcal_cli.core.simulation.biped_logs import (
     BipedLogs,
+    Course,
     StandPlan,
     Streams,
     biped_logs,
@@ -54,14 +55,16 @@ OFFSETS = chain_of([link(TABLE["offset"], HEXAPOD.channels)])
 
 def walk_logs(plan: WalkPlan, seed: int = 1, streams: Streams | None = None) -> BipedLogs:
     return biped_logs(
-        "walk", BIPED, lambda t: walking(BIPED, plan, t), plan.duration_s, CELLS, NAMEPLATE,
+        Course("walk", BIPED, lambda t: walking(BIPED, plan, t), plan.duration_s), CELLS, NAMEPLATE,
         seed=seed, streams=streams,
     )  # fmt: skip
 
 
 def stand_logs(plan: StandPlan, seed: int) -> BipedLogs:
     motion_at = standing(BIPED, plan, seed)
-    return biped_logs("stand", BIPED, motion_at, plan.duration_s, CELLS, NAMEPLATE, seed=seed)
+    return biped_logs(
+        Course("stand", BIPED, motion_at, plan.duration_s), CELLS, NAMEPLATE, seed=seed
+    )
 
 
 def largest(balance: Callable[[Log], Balance], log: Log) -> float:
@@ -170,7 +173,7 @@ def test_the_planned_belief_is_kept_and_the_truth_is_off_by_the_correction() -> 
     values = {**NAMEPLATE, "left_fl.cell_correction_x": 0.004}
     plan = WalkPlan(duration_s=10.0)
     logs = biped_logs(
-        "walk", BIPED, lambda t: walking(BIPED, plan, t), 10.0, chain, values, seed=1
+        Course("walk", BIPED, lambda t: walking(BIPED, plan, t), 10.0), chain, values, seed=1
     )  # fmt: skip
     believed = walk_logs(plan).cells.log.known["cell_pos_m"]
     np.testing.assert_allclose(logs.cells.log.known["cell_pos_m"], believed, atol=1e-12)
@@ -258,7 +261,7 @@ def test_two_feet_share_a_cop_exactly_and_a_swinging_foot_takes_nothing() -> Non
 def test_an_empty_chain_logs_newtons() -> None:
     plan = WalkPlan(duration_s=8.0)
     logs = biped_logs(
-        "walk", BIPED, lambda t: walking(BIPED, plan, t), 8.0, Chain(()), {},
+        Course("walk", BIPED, lambda t: walking(BIPED, plan, t), 8.0), Chain(()), {},
         seed=1, streams=Streams(cell_noise=Noise()), to_counts=False,
     )  # fmt: skip
     np.testing.assert_array_equal(logs.cells.log.readings, logs.cells.truth.readings)

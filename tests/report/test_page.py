@@ -89,6 +89,14 @@ def test_result_and_action_come_before_evidence_and_details() -> None:
     assert places == sorted(places)
 
 
+def test_only_a_long_note_of_a_table_is_folded() -> None:
+    for note, folded in (("Bias at zero counts.", False), ("A rule of many words. " * 20, True)):
+        text = page(sheets=(Sheet("Calibration", ("a",), [("x",)], note=note),))
+        before = text[: text.index(note.strip())]
+        assert before.rstrip().endswith('<p class="note">')
+        assert ("How to read this table" in before) is folded
+
+
 def test_every_link_of_the_page_leads_somewhere() -> None:
     text = page()
     anchors = set(re.findall(r'id="([^"]+)"', text))

@@ -8,10 +8,9 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding, listed
+from footcal_cli.core.readings import DEAD_SPAN
 from footcal_cli.core.signals import stretches
 
-DEAD_SPAN = 0.02
-"""Share of its siblings' span below which a channel stands still."""
 MOVING = 20.0
 """Span over the scatter from sample to sample from which siblings are seen to move."""
 UNLOADED = 0.1

@@ -13,7 +13,7 @@ from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.biped_logs import StandPlan, Streams, biped_logs, standing
+from footcal_cli.core.simulation.biped_logs import Course, StandPlan, Streams, biped_logs, standing
 from footcal_cli.core.simulation.gait import Motion, WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
 from footcal_cli.core.simulation.robots import Biped
@@ -52,8 +52,8 @@ def stand_turned(rig: Rig) -> Logs:
     """Quiet stances on both feet and on one, leaning this way and that, toes out and in."""
     plan = StandPlan(stances=14, one_foot=10, stance_s=4.0, sway_m=0.0, toes_rad=TOES_OUT_RAD)
     done = biped_logs(
-        "stand", rig.biped, standing(rig.biped, plan, 0), plan.duration_s, _NOTHING, {}, seed=0,
-        streams=Streams(cell_rate_hz=2.0), to_counts=False,
+        Course("stand", rig.biped, standing(rig.biped, plan, 0), plan.duration_s), _NOTHING, {},
+        seed=0, streams=Streams(cell_rate_hz=2.0), to_counts=False,
     )  # fmt: skip
     return (done.cells.truth,)
 
@@ -110,8 +110,8 @@ def pose_tripods(rig: Rig) -> Logs:
 def _walked(rig: Rig, plan: WalkPlan) -> Log:
     robot = rig.biped
     done = biped_logs(
-        "walk", robot, lambda time_s: walking(robot, plan, time_s), plan.duration_s, _NOTHING, {},
-        seed=0, streams=Streams(cell_rate_hz=_RATE_HZ), to_counts=False,
+        Course("walk", robot, lambda time_s: walking(robot, plan, time_s), plan.duration_s),
+        _NOTHING, {}, seed=0, streams=Streams(cell_rate_hz=_RATE_HZ), to_counts=False,
     )  # fmt: skip
     return done.cells.truth
 
@@ -137,7 +137,7 @@ def _in_place(
         return _both_feet_down(robot, time_s, yaw, squat, local + lean_z(lean), acc, which)
 
     done = biped_logs(
-        "walk", robot, motion_at, len(stretches) * stretch_s, _NOTHING, {}, seed=0,
+        Course("walk", robot, motion_at, len(stretches) * stretch_s), _NOTHING, {}, seed=0,
         streams=Streams(cell_rate_hz=_RATE_HZ), to_counts=False,
     )  # fmt: skip
     return done.cells.truth

@@ -1,9 +1,9 @@
-"""Every threshold of a diagnosis in one frozen place; printed in the footer of each report."""
+"""Every threshold of a diagnosis in one frozen place; listed in each ``diagnosis.json``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from types import MappingProxyType
 
 LEVEL_SHARE: Mapping[str, float] = MappingProxyType(
@@ -151,46 +151,16 @@ class Rules:
     power: float = 0.8
 
     def sentence(self) -> str:
-        """All thresholds in one line."""
-        tests = ", ".join(f"{name} {share:g}" for name, share in LEVEL_SHARE.items())
+        """What decides, in short."""
         return (
-            f"α = {self.alpha_name:g} family-wise for a name, {self.alpha_unknown:g} for "
-            f"'unknown' (shared: {tests}); rivals: at least {self.rival_share:.0%} of the gain, "
-            f"loss difference p > {self.alpha_rival:g} (hangings: {self.alpha_beside:g}) and "
-            f"nothing to add to it (p > {self.alpha_beside:g}); refitted in full: at most "
-            f"{self.most_contenders} with |cos| > {self.look_alike:g} and "
-            f"{self.contender_share:.0%} of the gain; of one kind out if p < {self.alpha_left:g} "
-            f"(a curve: {self.alpha_curve:g}) that its refit leaves "
-            f"nothing where the best one's is p > {self.alpha_whole:g}, if that one adds something "
-            f"to it and could itself leave at most {self.misfit_share:.0%} of that, or if it "
-            f"loses {self.kindred_loss:.0%} of the gain; a knee against a smooth curve, or a cubic "
-            f"polynomial against a knee, must lose {self.other_form:.0%} too "
-            f"({self.wrong_form:.0%} where the best one leaves something, "
-            f"p < {self.alpha_left:g}); "
-            f"a size too small to matter is named at p < {self.alpha_small:g}; "
-            f"smallest gain {self.smallest_gain:.0%}, of a later cause {self.second_share:.0%} of "
-            f"the gain before it; where that ends unknown {self.most_pairs} pairs are tried, each "
-            f"of the two removing {self.pair_share:.0%} with the other in the model, both "
-            f"explaining "
-            f"{self.share_pair:.0%} and leaving no significant residual; "
-            f"at most {self.most_effects} effects, the best "
-            f"{self.most_tries} candidates tried for each; visible at least "
-            f"{self.visible_floor:.0%}; alias at |cos| > {self.alias:g}, "
-            f"the same at {self.same:g}; "
-            f"named together at |cos| < {self.alike_together:g}; named share at least "
-            f"{self.share_named:g} ({self.share_partly:g} with a leftover, {self.share_form:g} "
-            f"where a size changes with a signal, p < {self.alpha_form:g}; {self.share_set:g} for "
-            f"a set of rivals); "
-            f"no curve of the loads in place of the names, nor together with them, with "
-            f"{self.later_share:.0%} of their gain (p < {self.alpha_form:g}), nor a cell's "
-            f"size held at zero that would with the other sign, nor any mixture of "
-            f"a foot's readings together with linear names, nor another curve of its axis with a "
-            f"named "
-            f"one, with {1 - self.share_form:.0%}; "
-            f"a curve of an axis is a rival of its gain while it may bend by "
-            f"{self.bend_share:.0%} of it; "
-            f"a rival in a stand is out at odds of {self.alpha_name:g} too, and a name there may "
-            f"rest on how much nearer it brings a known calibration (p < {self.alpha_name:g}); "
-            f"{self.fewest_blocks} blocks or more asked; selection repeated in at most "
-            f"{self.most_folds} folds."
+            f"A cause is named if chance alone would give one in less than {self.alpha_name:.0%} "
+            f"of all diagnoses, and if it removes {self.smallest_gain:.0%} of the squared error or "
+            "more on data that it was not fitted to. Whether the residual then holds more than "
+            f"noise is decided at {self.alpha_unknown:.0%}. Every threshold is in diagnosis.json, "
+            "under rules."
         )
+
+    def listed(self) -> str:
+        """All thresholds by name in one line."""
+        shares = {f"level_share_{name}": share for name, share in LEVEL_SHARE.items()}
+        return "; ".join(f"{name} {value:g}" for name, value in {**asdict(self), **shares}.items())

@@ -13,7 +13,7 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.experiments.walk import applied_below
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.biped_logs import MotionAt, Streams, body_stream, known_of
+from footcal_cli.core.simulation.biped_logs import Course, Streams, body_stream, planned
 from footcal_cli.core.simulation.forces import foot_cops, pulled_apart
 from footcal_cli.core.simulation.gait import Motion
 from footcal_cli.core.simulation.measure import Simulated, measure
@@ -42,46 +42,26 @@ class AnkleLogs:
 
 
 def ankle_logs(
-    experiment: str,
-    robot: Biped,
-    motion_at: MotionAt,
-    duration_s: float,
-    chain: Chain,
-    values: Mapping[str, float],
-    *,
-    seed: int,
-    streams: Streams,
+    course: Course, chain: Chain, values: Mapping[str, float], *, seed: int, streams: Streams
 ) -> AnkleLogs:
-    """Ankle wrenches of a standing or walking robot, in N and Nm, and its body stream.
+    """Ankle wrenches of a robot whose soles stay flat, in N and Nm, and its body stream.
 
     Parameters
     ----------
-    motion_at
-        The motion at any stamps; soles stay flat.
     chain, values
         Offsets and effects.
     """
-    clock = np.arange(float(int(duration_s * streams.cell_rate_hz))) / streams.cell_rate_hz
-    motion = motion_at(clock)
+    robot, motion = course.robot, course.motion_at(streams.clock(course.duration_s))
     foot_m, foot_rot = _foot_frames(robot, motion.foot_m, motion.foot_yaw_rad)
-    planned = Log(
-        experiment, robot.channels, clock, np.zeros((clock.size, len(robot.channels))),
-        {
-            **known_of(robot, motion),
-            **_transducers(robot, clock, foot_m, foot_rot, moving=experiment == "walk"),
-            "temperature_degc": streams.temperature_at(clock),
-        },
-        motion.block,
-    )  # fmt: skip
+    at = _transducers(robot, motion.time_s, foot_m, foot_rot, moving=course.experiment == "walk")
     done = measure(
-        planned, lambda log: ground_wrenches(log, motion, robot.room), chain, values,
+        planned(course, motion, streams, at),
+        lambda log: ground_wrenches(log, motion, robot.room), chain, values,
         force_noise=streams.force_noise, torque_noise=streams.torque_noise,
         rng=stream(seed, "ankles"),
     )  # fmt: skip
     together = replace(streams, body_rate_hz=streams.cell_rate_hz, body_jitter_s=0.0)
-    body, sole_m, yaw = body_stream(
-        experiment, robot, motion_at, duration_s, chain, values, together, seed
-    )
+    body, sole_m, yaw = body_stream(course, chain, values, together, seed)
     at_m, rot = _foot_frames(robot, sole_m, yaw)
     quaternion = Rotation.from_matrix(rot.reshape(-1, 3, 3)).as_quat()
     return AnkleLogs(done, body, at_m, quaternion.reshape(*yaw.shape, 4))

@@ -28,6 +28,7 @@ from footcal_cli.core.simulation.robots import Biped
 
 MotionAt = Callable[[FloatArray], Motion]
 """The motion at any stamps."""
+Known = Mapping[str, FloatArray]
 
 
 _PACKET_S = 5e-4
@@ -66,10 +67,34 @@ class Streams:
     warming_degc: float = 4.0
     warming_time_s: float = 600.0
 
+    def clock(self, duration_s: float) -> FloatArray:
+        """Stamps of the sensors at the feet, shape (n,)."""
+        return np.arange(float(int(duration_s * self.cell_rate_hz))) / self.cell_rate_hz
+
     def temperature_at(self, time_s: FloatArray) -> FloatArray:
         """Temperature of the cells, shape (n,)."""
         warmed = 1.0 - np.exp(-time_s / self.warming_time_s)
         return self.temperature_degc + self.warming_degc * warmed
+
+
+@dataclass(frozen=True)
+class Course:
+    """What a biped does, and for how long.
+
+    Parameters
+    ----------
+    experiment
+        ``stand`` or ``walk``.
+    loads_at
+        True cell loads (n, c) at stamps, where a recorded motion brings its own; otherwise
+        Newton and Euler.
+    """
+
+    experiment: str
+    robot: Biped
+    motion_at: MotionAt
+    duration_s: float
+    loads_at: Callable[[FloatArray], FloatArray] | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +140,16 @@ def known_of(robot: Biped, motion: Motion) -> dict[str, FloatArray]:
     }
 
 
+def planned(course: Course, motion: Motion, streams: Streams, known: Known) -> Log:
+    """The log of a robot's channels before anything is measured; `known` of its sensors."""
+    robot, time_s = course.robot, motion.time_s
+    warm = {"temperature_degc": streams.temperature_at(time_s)}
+    return Log(
+        course.experiment, robot.channels, time_s, np.zeros((time_s.size, len(robot.channels))),
+        {**known_of(robot, motion), **known, **warm}, motion.block,
+    )  # fmt: skip
+
+
 def ground_forces(robot: Biped, log: Log, motion: Motion, spread_m: FloatArray) -> FloatArray:
     """Cell loads (n, c) that obey [NAO], eqs. (9)–(11), exactly.
 
@@ -141,89 +176,54 @@ def ground_forces(robot: Biped, log: Log, motion: Motion, spread_m: FloatArray) 
 
 
 def biped_logs(
-    experiment: str,
-    robot: Biped,
-    motion_at: MotionAt,
-    duration_s: float,
+    course: Course,
     chain: Chain,
     values: Mapping[str, float],
     *,
     seed: int,
     streams: Streams | None = None,
-    loads_at: Callable[[FloatArray], FloatArray] | None = None,
     to_counts: bool = True,
 ) -> BipedLogs:
     """Both streams of a standing or walking biped.
 
     Parameters
     ----------
-    motion_at
-        The motion at any stamps.
-    loads_at
-        True cell loads (n, c) at stamps, where a recorded motion brings its own; otherwise
-        Newton and Euler.
     to_counts
         Round and clip to the converter's counts (the chain must hold the calibration).
     """
     streams = streams or Streams()
-    clock = np.arange(float(int(duration_s * streams.cell_rate_hz))) / streams.cell_rate_hz
-    motion = motion_at(clock)
-    spread = robot.room * pulled_apart(clock)
-    planned = Log(
-        experiment,
-        robot.channels,
-        clock,
-        np.zeros((len(clock), len(robot.channels))),
-        {
-            **known_of(robot, motion),
-            "cell_pos_m": cell_positions(robot, motion.foot_m, motion.foot_yaw_rad),
-            "temperature_degc": streams.temperature_at(clock),
-        },
-        motion.block,
-    )
+    robot, motion = course.robot, course.motion_at(streams.clock(course.duration_s))
+    spread = robot.room * pulled_apart(motion.time_s)
+    at = {"cell_pos_m": cell_positions(robot, motion.foot_m, motion.foot_yaw_rad)}
 
     def loads(log: Log) -> FloatArray:
-        if loads_at is not None:
-            return loads_at(clock)
+        if course.loads_at is not None:
+            return course.loads_at(motion.time_s)
         return ground_forces(robot, log, motion, spread)
 
     cells = measure(
-        planned,
-        loads,
-        chain,
-        values,
-        force_noise=streams.cell_noise,
-        torque_noise=QUIET,
-        rng=stream(seed, "cells"),
-    )
+        planned(course, motion, streams, at), loads, chain, values,
+        force_noise=streams.cell_noise, torque_noise=QUIET, rng=stream(seed, "cells"),
+    )  # fmt: skip
     if to_counts:
         cells = replace(cells, log=counted(cells.log, robot))
-    body, foot_m, foot_yaw = body_stream(
-        experiment, robot, motion_at, duration_s, chain, values, streams, seed
-    )
+    body, foot_m, foot_yaw = body_stream(course, chain, values, streams, seed)
     return BipedLogs(cells, body, foot_m, foot_yaw)
 
 
 def body_stream(
-    experiment: str,
-    robot: Biped,
-    motion_at: MotionAt,
-    duration_s: float,
-    chain: Chain,
-    values: Mapping[str, float],
-    streams: Streams,
-    seed: int,
+    course: Course, chain: Chain, values: Mapping[str, float], streams: Streams, seed: int
 ) -> tuple[Log, FloatArray, FloatArray]:
     """The body's log on its own clock, stamped when it arrives."""
     rng = stream(seed, "body")
-    rows = int(duration_s * streams.body_rate_hz)
+    rows = int(course.duration_s * streams.body_rate_hz)
     taken = (np.arange(float(rows)) + 0.37) / streams.body_rate_hz
     late = streams.body_delay_s + streams.body_jitter_s * rng.standard_normal(rows)
     # Samples arrive in order, one packet after the other.
     queue = _PACKET_S * np.arange(float(rows))
     stamped = np.maximum.accumulate(taken + np.maximum(late, 0.0) - queue) + queue
-    motion = motion_at(taken)
-    known = known_of(robot, motion)
+    motion = course.motion_at(taken)
+    known = known_of(course.robot, motion)
     for name, sd in (
         ("com_m", streams.com_noise_m),
         ("com_acc_mps2", streams.acc_noise_mps2),
@@ -231,7 +231,7 @@ def body_stream(
     ):
         known[name] = known[name] + sd * rng.standard_normal(known[name].shape)
     log = Log(
-        experiment,
+        course.experiment,
         (),
         taken,
         np.empty((rows, 0)),
@@ -242,7 +242,7 @@ def body_stream(
         tuple(i for i in chain.links if i.effect.stage in (Stage.BODY, Stage.TRANSPORT))
     )
     shown, _ = streamed.apply(log, values)
-    body = Log(experiment, (), stamped, shown.readings, shown.known, shown.block)
+    body = Log(course.experiment, (), stamped, shown.readings, shown.known, shown.block)
     return body, body.known["foot_pos_m"], body.known["foot_yaw_rad"]
 
 

@@ -20,12 +20,7 @@ from footcal_cli.core.simulation.bench_logs import (
     placements_log,
     weights_logs,
 )
-from footcal_cli.core.simulation.biped_logs import (
-    BipedLogs,
-    MotionAt,
-    biped_logs,
-    standing,
-)
+from footcal_cli.core.simulation.biped_logs import BipedLogs, Course, MotionAt, biped_logs, standing
 from footcal_cli.core.simulation.columns import (
     Columns,
     ankle_body_columns,
@@ -239,22 +234,15 @@ def simulate(
         motion_at, duration_s = _walk(robot, plans.walk), plans.walk.duration_s
     if robot.ankles:
         on_ankles = ankle_logs(
-            experiment, robot, motion_at, duration_s, chain, values,
+            Course(experiment, robot, motion_at, duration_s), chain, values,
             seed=seed, streams=plans.streams,
         )  # fmt: skip
         files = {"wrenches": wrenches_columns(on_ankles), "body": ankle_body_columns(on_ankles)}
         return _scenario(files, on_ankles.wrenches, chain, values)
     both = biped_logs(
-        experiment,
-        robot,
-        motion_at,
-        duration_s,
-        chain,
-        values,
-        seed=seed,
-        streams=plans.streams,
-        loads_at=loads_at,
-    )
+        Course(experiment, robot, motion_at, duration_s, loads_at), chain, values,
+        seed=seed, streams=plans.streams,
+    )  # fmt: skip
     return biped_scenario(robot, both)
 
 

@@ -239,7 +239,7 @@ def joint_record(
         share_explained=None,
         leftover_p=None,
         seed=seed,
-        rules=rules.sentence(),
+        rules=rules.listed(),
     )
 
 

@@ -63,7 +63,7 @@ def record_of(
             "ceiling": first.ceiling,
         },
         seed=seed,
-        rules=rules.sentence(),
+        rules=rules.listed(),
     )
 
 

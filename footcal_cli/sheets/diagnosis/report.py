@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.diagnosis.answer import Verdict
@@ -35,29 +35,16 @@ from footcal_cli.sheets.diagnosis.words import together
 from footcal_cli.sheets.ladder import study_sentence
 
 
-def outcome_of(
-    title: str,
-    read: CaseRead,
-    found: Investigation,
-    moved: tuple[Movement, ...],
-    table: Mapping[str, Effect],
-    rules: Rules,
-    seed: int,
-    *,
-    alone: Sequence[ChannelStudy] = (),
-    before: DiagnosisRecord | None = None,
-    reproduce: str = "",
-) -> Outcome:
-    """An investigation as everything that people and programs read of it.
+@dataclass(frozen=True)
+class Request:
+    """What was asked of a diagnosis.
 
     Parameters
     ----------
     title
         Of the report.
-    read, found, moved
-        The case, what the core found, and how the calibration moves with it.
     table, rules, seed
-        What it was judged by.
+        What it is judged by.
     alone
         Cells that need more than a scale and a bias, where the diagnosis named nothing.
     before
@@ -65,32 +52,43 @@ def outcome_of(
     reproduce
         The command that gives this again.
     """
-    if alone:
+
+    title: str
+    table: Mapping[str, Effect]
+    rules: Rules
+    seed: int
+    alone: Sequence[ChannelStudy] = ()
+    before: DiagnosisRecord | None = None
+    reproduce: str = ""
+
+
+def outcome_of(
+    read: CaseRead, found: Investigation, moved: tuple[Movement, ...], asked: Request
+) -> Outcome:
+    """An investigation as everything that people and programs read of it.
+
+    Parameters
+    ----------
+    read, found, moved
+        The case, what the core found, and how the calibration moves with it.
+    """
+    if asked.alone:
         found = replace(found, verdict=Verdict.UNDERPOWERED)
-    answer = answer_of(found, table, read.findings, read.untested)
-    if alone:
-        answer = _undecided(answer, len(found.case.logs), alone)
-    if found.model is not None:
-        causes = together(words(item.cause.signature.effect) for item in found.found)
-        action = (
-            "Start the next command from parameters_extended.json, next to this report "
-            f"(--parameters): it holds {causes}."
-        )
-        if found.verdict is Verdict.AMBIGUOUS:
-            action = (
-                f"Until then {causes} stands for all of them in parameters_extended.json, next to "
-                "this report (--parameters)."
-            )
-        answer = answer.with_action(action)
-    became = after(found, before, table)
+    table, seed = asked.table, asked.seed
+    answer = _answer(read, found, asked)
+    became = after(found, asked.before, table)
     left = left_over(found, became)
     if became:
         answer = answer.with_detail(followed_words(became, left))
-    record = record_of(found, answer, read, rules, seed)
+    record = record_of(found, answer, read, asked.rules, seed)
+    followed = {
+        "suspects": suspect_records(found, table), "after": followed_records(became),
+        "survivors": left,
+    }  # fmt: skip
     return Outcome(
         usable=record.verdict != "bad-data",
         diagnosis=record.verdict,
-        title=f"{title}: {read.case.experiment.name}",
+        title=f"{asked.title}: {read.case.experiment.name}",
         verdict=answer.verdict,
         pictures=pictures_of(found, table, moved, answer.menu, seed),
         lead_sheets=(
@@ -104,17 +102,30 @@ def outcome_of(
             untested_sheet(found, read.untested),
         ),
         findings=tuple(read.findings),
-        footer=(f"To reproduce: {reproduce}", rules.sentence(), method_note(found, seed)),
+        footer=(
+            f"To reproduce: {asked.reproduce}", asked.rules.sentence(), method_note(found, seed)
+        ),
         rmse=rmse_of(found),
-        records={
-            "diagnosis.json": record.model_copy(
-                update={
-                    "suspects": suspect_records(found, table),
-                    "after": followed_records(became),
-                    "survivors": left,
-                }
-            )
-        },
+        records={"diagnosis.json": record.model_copy(update=followed)},
+    )  # fmt: skip
+
+
+def _answer(read: CaseRead, found: Investigation, asked: Request) -> Answer:
+    """What is said first, and what to do next."""
+    answer = answer_of(found, asked.table, read.findings, read.untested)
+    if asked.alone:
+        answer = _undecided(answer, len(found.case.logs), asked.alone)
+    if found.model is None:
+        return answer
+    causes = together(words(item.cause.signature.effect) for item in found.found)
+    if found.verdict is Verdict.AMBIGUOUS:
+        return answer.with_action(
+            f"Until then {causes} stands for all of them in parameters_extended.json, next to "
+            "this report (--parameters)."
+        )
+    return answer.with_action(
+        "Start the next command from parameters_extended.json, next to this report "
+        f"(--parameters): it holds {causes}."
     )
 
 
