@@ -122,7 +122,7 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
         return (
             f"forces along three axes, of which the vertical one, {dead[0]}, is 0 in every row",
             f"check that {dead[0]} is connected and refreshed; for a calibration log known loads "
-            "beside the axis that they pull on (load_n), or all six axes and the attitude",
+            "next to the axis that they pull on (load_n), or all six axes and the attitude",
         )
     loads, cells = loads_and_cells(file)
     added = next((c for c in loads if ADDED & set(words_of(c.column)) and not c.summed), None)

@@ -28,7 +28,7 @@ def unfit(file: FileGuess) -> tuple[str, str]:
     loads = loads or [c for c in file.of("load", "force") if c.values is not None]
     if loads and not cells:
         return (
-            f"a load ({_names(loads)}) and no reading beside it: nothing to compare it with",
+            f"a load ({_names(loads)}) and no reading next to it: nothing to compare it with",
             "log what the sensor itself gave, in counts or volts, in a column next to it; if "
             f"{loads[0].column} is what the sensor gave, add the known loads (load_kg)",
         )

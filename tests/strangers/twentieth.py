@@ -61,7 +61,7 @@ def force_and_its_stress(to: Path, rng: Rng) -> Made:
     force = 3.1 * travel + rng.normal(0, 0.02, 60)
     body = rows(0.02 * np.arange(60), force, travel, force / 2.5, 10 * travel, form="%.8g")
     names = "Time (s),Load (N),Displacement (mm),Stress (MPa),Strain (%)"
-    return Made([write(to / "friction.csv", [names, *body])], says="no reading beside it")
+    return Made([write(to / "friction.csv", [names, *body])], says="no reading next to it")
 
 
 def millis_that_jitter(to: Path, rng: Rng) -> Made:
