@@ -58,6 +58,8 @@ _FACTOR = re.compile(r"\s*1\.0e[+-]\d+\s*\*\s*")
 _COMPOUND = re.compile(r"\d+\s*(?:lbs?|st|kg)\.?\s+\d+(?:\.\d+)?\s*(?:oz|lbs?|g)\b")
 _FRACTION = re.compile(r"(?<![\d/.-])(?:\d+/\d+|\d*\s?[½¼¾⅓⅔⅛⅜⅝⅞])\s*(?:lbs?|oz|kg|g)\b")
 _ABOVE = 40
+_LEAST_TABLE, _LEAST_WIDE = 6, 3
+"""Rows and columns of a second table in a text."""
 _CALLED = {
     ",": "commas",
     ";": "semicolons",
@@ -138,6 +140,7 @@ def guess_text(path: Path) -> TextGuess:
     said = [] if encoding == "utf-8" else [f"encoding {encoding}"]
     free = free_form(lines, encoding)
     if free is not None:
+        _refuse_two_tables(path, lines, free)
         return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
     side = on_its_side(lines)
     lines = upright(lines, side) if side else lines
@@ -217,6 +220,29 @@ def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
         return replace(layout, comment=header, header=False, names=names)
     counted = sum(line.lstrip().startswith(header) for line in lines[:top])
     return replace(layout, comment=header, skip_rows=max(0, layout.skip_rows - counted))
+
+
+def _refuse_two_tables(path: Path, lines: list[str], layout: Layout) -> None:
+    """Refuse a text of which a pattern reads one table, where another has a row for each of its.
+
+    Raises
+    ------
+    DataError
+        It is one.
+    """
+    if not layout.line or layout.carried:
+        return
+    others = [x for x in lines if x.strip() and not is_rule(x) and not re.search(layout.line, x)]
+    rows = sum(bool(re.search(layout.line, x)) for x in lines)
+    if rows < _LEAST_TABLE or len(others) < rows:
+        return
+    body = best_body(others, _SEPARATORS)
+    if sum(body.is_row(x, whole=True) for x in others) == rows and body.width >= _LEAST_WIDE:
+        raise DataError(
+            f"two tables in one file, {rows} rows each", file=path,
+            remedy="write them side by side, a row for each: what was felt (fx … tz, or readings) "
+            "and what goes with it (loads, or the attitude: qx qy qz qw, or r11 … r33)",
+        )  # fmt: skip
 
 
 def _written_by_machines(lines: list[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -57,6 +58,13 @@ def units_beside(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     return made
 
 
+def _in_rows(numbers: Sequence[float], raw: RawColumn) -> FloatArray:
+    """Numbers of the cells that are not empty at their rows, NaN in the others, shape (n,)."""
+    values = np.full(len(raw.values), np.nan)
+    values[~raw.empty] = numbers
+    return values
+
+
 def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) -> ColumnGuess:
     """Dates, numbers with a unit beside them, or labels."""
     words = [str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True) if not e]
@@ -70,27 +78,27 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         since = since_the_first(raw, form)
         return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form, stamps=since)
     if words and (all(HEXADECIMAL.fullmatch(word) for word in words) or bare_hexadecimal(words)):
-        values = np.array([float(int(word, 16)) for word in words])
-        name = replace(name, quantity="reading" if np.ptp(values) > 0 else "other")
+        values = _in_rows([float(int(word, 16)) for word in words], raw)
+        name = replace(name, quantity="reading" if len({*words}) > 1 else "other")
         return ColumnGuess(column, name, None, "likely", "hexadecimal numbers", values)
     means = [found[1] for word in words if (found := PLUS_MINUS.fullmatch(word))]
     if words and len(means) == len(words):
-        values = np.array([float(mean.replace(",", ".")) for mean in means])
+        values = _in_rows([float(mean.replace(",", ".")) for mean in means], raw)
         name = replace(name, quantity="reading" if name.quantity == "label" else name.quantity)
         why = "means with their scatter, which is left out"
         return ColumnGuess(column, name, unit, "likely", why, values, pattern=MEAN_IN_A_CELL)
     parts = [found for word in words if (found := FRACTION.fullmatch(word))]
     full = {int(found[2]) for found in parts}
     if words and len(parts) == len(words) and len(full) == 1 and _full_scale(full.pop()):
-        values = np.array([float(found[1]) for found in parts])
+        values = _in_rows([float(found[1]) for found in parts], raw)
         why = f"numbers of {parts[0][2]} at full scale"
         name = replace(name, quantity="reading")
         return ColumnGuess(column, name, None, "likely", why, values, pattern=r"^([-+]?\d+)\s*/")
     nothing = words_for_nothing(words, any_word=name.quantity in (*MEASURED, "other"))
     if nothing:
-        said = [str(v).strip().replace(",", ".") for v in raw.values.tolist()]
+        said = [str(v).strip() for v in raw.values.tolist()]
         numbers = np.array([
-            np.nan if empty or word in nothing else float(word)
+            np.nan if empty or word in nothing else float(word.replace(",", "."))
             for word, empty in zip(said, raw.empty, strict=True)
         ])  # fmt: skip
         why = f"numbers; {', '.join(nothing)} is taken for no reading"

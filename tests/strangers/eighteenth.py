@@ -16,6 +16,7 @@ from tests.strangers.rigs import (
     Rng,
     cell,
     rows,
+    tool_truth,
     truth_of,
     wrist,
     write,
@@ -51,7 +52,7 @@ def load_twice_and_a_dial(to: Path, _rng: Rng) -> Made:
     kg = np.array([0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0])
     lines = ["| Load (kg) | Load (N) | Dial (mm) |", "|:--:|:--:|:--:|"]
     lines += [f"| {k:g} | {k * 9.81:.2f} | {0.7 * k:.2f} |" for k in kg]
-    return Made([write(to / "stiffness.md", lines)], says="fit no experiment")
+    return Made([write(to / "stiffness.md", lines)], says="no reading next to it")
 
 
 def counts_in_even_steps(to: Path, rng: Rng) -> Made:
@@ -100,14 +101,14 @@ def matrix_of_a_transducer(to: Path, rng: Rng) -> Made:
 
 def poses_in_another_file(to: Path, rng: Rng) -> Made:
     """Places and quaternions in one file, wrenches in another, nothing named, nothing stamped."""
-    _, wrench, rot = wrist(rng)
+    made, wrench, rot = wrist(rng)
     some = slice(None, None, 60)
     place = rng.normal(0, 0.3, (len(wrench), 3))
     posed = np.column_stack([place, rot.as_quat()])[some]
     return Made(
         [write(to / "felt.txt", rows(*wrench[some].T, sep=", ", form="%.12f")),
          write(to / "poses.txt", rows(*posed.T, sep=", ", form="%.12f"))],
-        says="attitudes in",
+        tool_truth(made),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def motor_and_its_chamber(to: Path, rng: Rng) -> Made:
     bar = np.array([0, 2, 9, 14, 15, 14, 13, 11, 6, 1, 0.0])
     body = rows(0.1 * np.arange(11), 4.1 * bar + rng.normal(0, 0.3, 11), bar, form="%.3f")
     names = "Time (s),Thrust (N),Pressure (bar)"
-    return Made([write(to / "burn.csv", [names, *body])], says="fit no experiment")
+    return Made([write(to / "burn.csv", [names, *body])], says="no reading next to it")
 
 
 def legs_of_a_platform(to: Path, rng: Rng) -> Made:
