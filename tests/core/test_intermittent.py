@@ -1,0 +1,85 @@
+"""Loose contacts of hanging legs: found where they were made, and nowhere else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.checks.intermittent import check_spells, find_spells, is_loose, spells_of
+from footcal_cli.core.parameters import BoolArray, FloatArray
+
+N = 1500
+
+
+def turning(rng: np.random.Generator, noise: str) -> FloatArray:
+    """A force of a leg that turns once, with the noise of a sensor."""
+    force = 4.0 * np.sin(np.linspace(0.0, 2.0 * np.pi, N) + rng.uniform(0.0, 6.0))
+    white = rng.normal(0.0, 0.03, N)
+    if noise == "slow":
+        white = np.convolve(white, np.ones(20) / 20.0, mode="same") * 3.0
+    if noise == "long-tailed":
+        white = 0.02 * rng.standard_t(4.0, N)
+    if noise == "coarse":
+        return np.round((force + white) / 0.2) * 0.2
+    return np.asarray(force + white)
+
+
+def lost(rng: np.random.Generator, spells: int) -> BoolArray:
+    """Samples of spells of 3 to 20 samples, apart from each other."""
+    found = np.zeros(N, dtype=bool)
+    for start in rng.choice(np.arange(20, N - 40, 60), spells, replace=False):
+        found[start : start + rng.integers(3, 21)] = True
+    return found
+
+
+@pytest.mark.parametrize("noise", ["white", "slow", "long-tailed", "coarse"])
+@pytest.mark.parametrize("seed", range(5))
+def test_spells_are_found_to_the_sample(seed: int, noise: str) -> None:
+    """All of them; of Student's t noise now and then a sample that lies twelve sd off as well."""
+    rng = np.random.default_rng([71, seed])
+    away = lost(rng, 8)
+    reading = turning(rng, noise) - 4.0 * away
+    found = find_spells(reading, None, 0.2 * (noise == "coarse"))
+    assert found[away].all()
+    assert np.sum(found & ~away) <= 2 * (noise == "long-tailed")
+
+
+@pytest.mark.parametrize("noise", ["white", "slow", "long-tailed", "coarse"])
+def test_no_noise_is_a_loose_contact(noise: str) -> None:
+    wrenches = [
+        np.stack([turning(np.random.default_rng([72, seed, axis]), noise) for axis in range(6)], 1)
+        for seed in range(40)
+    ]
+    assert not any(is_loose(axis) for wrench in wrenches for axis in spells_of(wrench).T)
+
+
+def test_a_leg_that_is_turned_from_hold_to_hold_and_back_has_no_loose_contact() -> None:
+    rng = np.random.default_rng(73)
+    held = np.repeat(np.tile([0.0, 0.6], 15), N // 30)
+    reading = 3.0 * np.cos(held) + rng.normal(0.0, 0.03, N)
+    assert is_loose(find_spells(reading))
+    assert not find_spells(reading, held[:, None] + rng.normal(0.0, 1e-4, (N, 1))).any()
+
+
+def test_a_spell_at_either_end_is_found_and_a_touch_is_no_finding() -> None:
+    rng = np.random.default_rng(74)
+    away = np.zeros(N, dtype=bool)
+    away[:7] = away[700:709] = away[-5:] = True
+    reading = turning(rng, "white") + 3.0 * away
+    reading[50] = np.nan
+    np.testing.assert_array_equal(find_spells(reading), away)
+    away[:7] = False
+    assert not is_loose(away)
+    assert not find_spells(reading[:40]).any()
+
+
+def test_the_finding_says_which_axis_how_often_and_how_far() -> None:
+    rng = np.random.default_rng(75)
+    wrench = np.stack([turning(rng, "white") for _ in range(6)], 1)
+    away = lost(rng, 5)
+    wrench[away, 4] -= 2.5
+    (finding,) = check_spells("fl", wrench, spells_of(wrench))
+    assert (finding.code, finding.where) == ("intermittent_contact", "fl")
+    assert finding.sentence.startswith("ty: 5 times")
+    assert " Nm, " in finding.sentence
+    assert check_spells("fl", wrench, np.zeros(wrench.shape, dtype=bool)) == []
