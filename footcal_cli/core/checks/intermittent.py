@@ -16,7 +16,8 @@ from footcal_cli.core.signals import median_sd, stretches
 ABRUPT = 12.0
 """Usual sd of the steps from one sample to the next beyond which a step is abrupt."""
 BACK = 0.25
-"""Share of the step out that may be missing when the reading has come back."""
+"""Share of the step out that may be missing when the reading has come back, and that the steps
+before and after it may have."""
 LONGEST = 0.1
 """Share of a recording that a spell may last; what stays away longer is another load."""
 OFTEN = 3
@@ -29,7 +30,7 @@ _NEAR = 3
 def find_spells(
     reading: FloatArray, held: FloatArray | None = None, resolution: float = 0.0
 ) -> BoolArray:
-    """Samples between an abrupt step away from a level and one back to it, shape (n,).
+    """Samples, two or more, between a step away from a level and one back to it, shape (n,).
 
     Beyond a step that has no other one are the few samples before it or after it, at an end.
 
@@ -47,7 +48,10 @@ def find_spells(
     if good.size < _FEWEST:
         return found
     level, steps = reading[good], np.diff(reading[good])
-    abrupt = np.abs(steps) > ABRUPT * max(median_sd(steps), resolution)
+    size = np.abs(steps)
+    beside = np.maximum(np.r_[0.0, size[:-1]], np.r_[size[1:], 0.0])
+    # what moves takes several samples
+    abrupt = (size > ABRUPT * max(median_sd(steps), resolution)) & (beside < BACK * size)
     if held is not None:
         turned = np.abs(np.diff(held[good], axis=0))
         abrupt &= ~np.any(turned > ABRUPT * np.nanmedian(turned, axis=0), axis=1)
