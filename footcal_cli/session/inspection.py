@@ -16,7 +16,7 @@ from footcal_cli.core import bench_rows, body_stream, quality, readings
 from footcal_cli.core.body_positions import check_positions
 from footcal_cli.core.checks import siblings
 from footcal_cli.core.checks.impossible import check_impossible
-from footcal_cli.core.checks.intermittent import check_spells
+from footcal_cli.core.checks.intermittent import check_loose_cells, check_spells
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
@@ -213,6 +213,7 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
         if lost is not None:
             values = np.where(values == lost, np.nan, values)
         found += siblings.check_loose_channels(values, names)
+        found += check_loose_cells(values, names)
         still = siblings.check_dead_channels(values, names)
         found += still or siblings.check_turned_channels(values, names)
     return found

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from footcal_cli.core.checks.intermittent import check_spells, find_spells, is_loose, spells_of
+from footcal_cli.core.checks.intermittent import (
+    check_loose_cells,
+    check_spells,
+    find_spells,
+    is_loose,
+    spells_of,
+)
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 N = 1500
@@ -87,3 +93,36 @@ def test_the_finding_says_which_axis_how_often_and_how_far() -> None:
     assert finding.sentence.startswith("ty: 5 times")
     assert " Nm, " in finding.sentence
     assert check_spells("fl", wrench, np.zeros(wrench.shape, dtype=bool)) == []
+
+
+def walking(rng: np.random.Generator) -> FloatArray:
+    """Counts of four cells under a foot that walks: impacts, loads that move, flights."""
+    time_s = np.arange(30 * 100) / 100.0
+    phase = (time_s / 1.1) % 1.0
+    stance = phase < 0.6
+    forward = np.clip(phase / 0.6, 0.0, 1.0)
+    front, rear = stance * forward, stance * (1.0 - forward)
+    sway = 0.5 + 0.3 * np.sin(2 * np.pi * time_s / 7.0)
+    shares = np.stack([front * sway, front * (1 - sway), rear * sway, rear * (1 - sway)], 1)
+    return np.asarray(8e6 - 2e5 * 30.0 * shares + rng.normal(0.0, 400.0, shares.shape))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_cell_that_loses_contact_under_a_walking_foot_is_found_and_no_other(seed: int) -> None:
+    rng = np.random.default_rng([77, seed])
+    counts = walking(rng)
+    names = ["left_fl", "left_fr", "left_rl", "left_rr"]
+    assert check_loose_cells(counts, names) == []
+    cell = int(rng.integers(4))
+    for start in rng.choice(np.arange(20, len(counts) - 60, 70), 25, replace=False):
+        counts[start : start + rng.integers(4, 20), cell] += 1.5e6
+    assert [f.where for f in check_loose_cells(counts, names)] == [names[cell]]
+    assert check_loose_cells(counts[:, :1], names[:1]) == []
+
+
+def test_feet_that_step_together_have_no_loose_contact() -> None:
+    """All cells of a foot that is lifted for a moment, again and again."""
+    rng = np.random.default_rng(78)
+    counts = rng.normal(8e6, 300.0, (N, 4))
+    counts[lost(rng, 12)] += [1e6, 8e5, 5e5, 9e5]
+    assert check_loose_cells(counts, ["fl", "fr", "rl", "rr"]) == []

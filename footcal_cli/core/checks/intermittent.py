@@ -1,9 +1,12 @@
 """Readings that leave their level at once and come back: a plug or a wire that loses contact.
 
-Room: checks; asked by the session, of legs that hang, whose loads change slowly.
+Room: checks; asked by the session. What hangs is loaded slowly: one axis is enough. Under a foot a
+cell is suspected where none of its siblings steps with it.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,6 +28,10 @@ OFTEN = 3
 _FEWEST = 50
 _NEAR = 3
 """Samples that tell the level before and after a spell."""
+_TRIED = 8
+"""Later steps that may be the way back: a foot that walks steps all the time."""
+_TOGETHER = 2
+"""Samples by which the steps of one impact differ between cells."""
 
 
 def find_spells(
@@ -51,16 +58,17 @@ def find_spells(
     size = np.abs(steps)
     beside = np.maximum(np.r_[0.0, size[:-1]], np.r_[size[1:], 0.0])
     # what moves takes several samples
-    abrupt = (size > ABRUPT * max(median_sd(steps), resolution)) & (beside < BACK * size)
+    abrupt = _abrupt(steps, resolution) & (beside < BACK * size)
     if held is not None:
         turned = np.abs(np.diff(held[good], axis=0))
         abrupt &= ~np.any(turned > ABRUPT * np.nanmedian(turned, axis=0), axis=1)
     edges = np.flatnonzero(abrupt)
     longest, end = LONGEST * good.size, -1
-    for out in edges:
+    for i, out in enumerate(edges):
         if out <= end:
             continue
-        later = edges[(edges > out) & (edges <= out + longest)]
+        later = edges[i + 1 : i + 1 + _TRIED]
+        later = later[later <= out + longest]
         back = _back(level, int(out), later, steps[out])
         if back is not None:
             found[good[out] + 1 : good[back] + 1] = True
@@ -70,6 +78,13 @@ def find_spells(
         elif out <= longest:
             found[: good[out] + 1] = True
     return found
+
+
+def _abrupt(steps: FloatArray, resolution: float) -> BoolArray:
+    """Steps that no noise makes, shape (n,)."""
+    known = steps[np.isfinite(steps)]
+    usual = median_sd(known) if known.size else 0.0
+    return np.abs(steps) > ABRUPT * max(usual, resolution)
 
 
 def _back(level: FloatArray, out: int, later: IntArray, step: float) -> int | None:
@@ -103,24 +118,56 @@ def check_spells(leg: str, wrench: FloatArray, lost: BoolArray) -> list[Finding]
     wrench, lost
         All recordings of the leg one after the other, and `spells_of` them, shape (n, 6).
     """
-    runs = [stretches(axis) for axis in lost.T]
     loose = [i for i, axis in enumerate(lost.T) if is_loose(axis)]
     if not loose:
         return []
-    worst = max(loose, key=lambda i: len(runs[i]))
-    lengths = [stop - start for start, stop in runs[worst]]
-    away = [
-        abs(float(np.nanmedian(wrench[start:stop, worst]) - wrench[start - 1, worst]))
-        for start, stop in runs[worst]
-    ]
-    unit = "N" if worst < 3 else "Nm"
+    worst = max(loose, key=lambda i: len(stretches(lost[:, i])))
     which = AXES[worst] if len(loose) == 1 else f"{AXES[worst]} and {len(loose) - 1} more"
-    return [
-        Finding(
-            "intermittent_contact", "warning", leg,
-            f"{which}: {len(runs[worst])} times the reading leaves its level from one sample to "
-            f"the next, by up to {max(away):.3g} {unit}, and is back after {min(lengths)} to "
-            f"{max(lengths)} samples",
-            "move its cable and plug while you watch the reading, mend them and record again",
-        )
+    unit = "N" if worst < len(AXES) // 2 else "Nm"
+    return [_finding(leg, f"{which}: ", wrench[:, worst], stretches(lost[:, worst]), unit)]
+
+
+def check_loose_cells(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find cells of one foot that lose contact again and again while their siblings are calm.
+
+    Parameters
+    ----------
+    readings
+        Shape (n, c), NaN where a sample was lost.
+    """
+    if len(names) < 2:
+        return []
+    resolution = resolution_of(readings)
+    steps = np.stack([_abrupt(np.diff(column), resolution) for column in readings.T], 1)
+    found = []
+    for i, name in enumerate(names):
+        others = np.asarray(np.delete(steps, i, axis=1).any(axis=1))
+        alone = [
+            (start, stop)
+            for start, stop in stretches(find_spells(readings[:, i], None, resolution))
+            if start > 0 and not _near(others, start - 1) and not _near(others, stop - 1)
+        ]
+        if len(alone) >= OFTEN:
+            found.append(_finding(name, "", readings[:, i], alone, "counts"))
+    return found
+
+
+def _near(flags: BoolArray, at: int) -> bool:
+    return bool(flags[max(at - _TOGETHER, 0) : at + _TOGETHER + 1].any())
+
+
+def _finding(
+    where: str, which: str, reading: FloatArray, spells: Sequence[tuple[int, int]], unit: str
+) -> Finding:
+    lengths = [stop - start for start, stop in spells]
+    away = [
+        abs(float(np.nanmedian(reading[start:stop]) - reading[start - 1]))
+        for start, stop in spells if start > 0
     ]  # fmt: skip
+    return Finding(
+        "intermittent_contact", "warning", where,
+        f"{which}{len(spells)} times the reading leaves its level from one sample to the next, by "
+        f"up to {max(away, default=0.0):,.3g} {unit}, and is back after {min(lengths)} to "
+        f"{max(lengths)} samples",
+        "move its cable and plug while you watch the reading, mend them and record again",
+    )  # fmt: skip
