@@ -17,12 +17,17 @@ from footcal_cli.tables.table import Table
 
 
 def hanging_spells(table: Table) -> BoolArray:
-    """Samples of spells in each axis of a log of hanging legs, shape (n, 6)."""
+    """Samples of spells in each axis of a log of hanging legs, shape (n, 6).
+
+    Several legs in attitudes without a name may be walking: none.
+    """
     leg = table.text("leg")
     part = table.text("orientation") if "orientation" in table else np.full(len(table), "")
     held = [c for c in table.data.columns if c == "phase_rad" or c.startswith(("gravity", "body"))]
     wrench, turned = table.numbers(AXIS_COLUMNS), table.numbers(held)
     found = np.zeros(wrench.shape, dtype=bool)
+    if "orientation" not in table and len(set(leg)) > 1:
+        return found
     for name, which in dict.fromkeys(zip(leg, part, strict=True)):
         mine = (leg == name) & (part == which)
         found[mine] = spells_of(wrench[mine], turned[mine] if held else None)

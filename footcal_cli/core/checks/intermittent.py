@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.readings import resolution_of
 from footcal_cli.core.signals import median_sd, stretches
@@ -25,6 +26,9 @@ LONGEST = 0.1
 """Share of a recording that a spell may last; what stays away longer is another load."""
 OFTEN = 3
 """A loose contact comes back; fewer spells may be somebody who touched the leg."""
+LEAST = 0.1
+"""Share of a cell's usual span that a lost contact takes away at least; a sole that sticks takes
+less."""
 _FEWEST = 50
 _NEAR = 3
 """Samples that tell the level before and after a spell."""
@@ -63,13 +67,13 @@ def find_spells(
         turned = np.abs(np.diff(held[good], axis=0))
         abrupt &= ~np.any(turned > ABRUPT * np.nanmedian(turned, axis=0), axis=1)
     edges = np.flatnonzero(abrupt)
-    longest, end = LONGEST * good.size, -1
+    longest, end, levels = LONGEST * good.size, -1, _levels(level)
     for i, out in enumerate(edges):
         if out <= end:
             continue
         later = edges[i + 1 : i + 1 + _TRIED]
-        later = later[later <= out + longest]
-        back = _back(level, int(out), later, steps[out])
+        later, near = later[later <= out + longest], BACK * size[out]
+        back = next((b for b in later if abs(levels[b + _NEAR] - levels[out]) <= near), None)
         if back is not None:
             found[good[out] + 1 : good[back] + 1] = True
             end = back
@@ -87,14 +91,10 @@ def _abrupt(steps: FloatArray, resolution: float) -> BoolArray:
     return np.abs(steps) > ABRUPT * max(usual, resolution)
 
 
-def _back(level: FloatArray, out: int, later: IntArray, step: float) -> int | None:
-    """The first of some later steps after which the level is what it was before a step."""
-    before = float(np.median(level[max(out + 1 - _NEAR, 0) : out + 1]))
-    for back in later:
-        after = float(np.median(level[back + 1 : back + 1 + _NEAR]))
-        if abs(after - before) <= BACK * abs(step):
-            return int(back)
-    return None
+def _levels(values: FloatArray) -> FloatArray:
+    """Median of each sample and the two before it, beyond the end of the last one, (n + 3,)."""
+    ends = np.r_[np.repeat(values[0], _NEAR - 1), values, np.repeat(values[-1], _NEAR)]
+    return np.asarray(np.median(sliding_window_view(ends, _NEAR), axis=1))
 
 
 def spells_of(wrench: FloatArray, held: FloatArray | None = None) -> BoolArray:
@@ -141,12 +141,14 @@ def check_loose_cells(readings: FloatArray, names: Sequence[str]) -> list[Findin
     steps = np.stack([_abrupt(np.diff(column), resolution) for column in readings.T], 1)
     found = []
     for i, name in enumerate(names):
+        least = LEAST * float(np.subtract(*np.nanpercentile(readings[:, i], [98, 2])))
         others = np.asarray(np.delete(steps, i, axis=1).any(axis=1))
         alone = [
             (start, stop)
             for start, stop in stretches(find_spells(readings[:, i], None, resolution))
-            if start > 0 and not _near(others, start - 1) and not _near(others, stop - 1)
-        ]
+            if start > 0 and abs(readings[start, i] - readings[start - 1, i]) >= least
+            and not _near(others, start - 1) and not _near(others, stop - 1)
+        ]  # fmt: skip
         if len(alone) >= OFTEN:
             found.append(_finding(name, "", readings[:, i], alone, "counts"))
     return found
