@@ -141,16 +141,19 @@ def check_loose_cells(readings: FloatArray, names: Sequence[str]) -> list[Findin
     steps = np.stack([_abrupt(np.diff(column), resolution) for column in readings.T], 1)
     found = []
     for i, name in enumerate(names):
-        least = LEAST * float(np.subtract(*np.nanpercentile(readings[:, i], [98, 2])))
+        own = readings[:, i]
+        spells = [s for s in stretches(find_spells(own, None, resolution)) if s[0] > 0]
+        if len(spells) < OFTEN:
+            continue
+        least = LEAST * float(np.subtract(*np.nanpercentile(own, [98, 2])))
         others = np.asarray(np.delete(steps, i, axis=1).any(axis=1))
         alone = [
-            (start, stop)
-            for start, stop in stretches(find_spells(readings[:, i], None, resolution))
-            if start > 0 and abs(readings[start, i] - readings[start - 1, i]) >= least
+            (start, stop) for start, stop in spells
+            if abs(own[start] - own[start - 1]) >= least
             and not _near(others, start - 1) and not _near(others, stop - 1)
         ]  # fmt: skip
         if len(alone) >= OFTEN:
-            found.append(_finding(name, "", readings[:, i], alone, "counts"))
+            found.append(_finding(name, "", own, alone, "counts"))
     return found
 
 
