@@ -61,8 +61,9 @@ def listed(check: Callable[Asked, Iterator[Finding]]) -> Callable[Asked, list[Fi
     return called
 
 
-STOPPING = frozenset({"readings_repeat_across_channels"})
-"""Findings that make blocks no independent evidence; alarms stop a diagnosis too."""
+STOPPING = frozenset({"readings_repeat_across_channels", "intermittent_contact"})
+"""Findings that make blocks no independent evidence, or are the answer themselves; alarms stop a
+diagnosis too."""
 
 
 def stopping(findings: Sequence[Finding]) -> list[Finding]:

@@ -16,12 +16,14 @@ from footcal_cli.core import bench_rows, body_stream, quality, readings
 from footcal_cli.core.body_positions import check_positions
 from footcal_cli.core.checks import siblings
 from footcal_cli.core.checks.impossible import check_impossible
+from footcal_cli.core.checks.intermittent import check_loose_cells, check_spells
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
-from footcal_cli.tables.columns import TableType
+from footcal_cli.session.spells import hanging_spells
+from footcal_cli.tables.columns import AXIS_COLUMNS, TableType
 from footcal_cli.tables.table import Table
 
 _SLOWEST_LEGS_S, _SLOWEST_BENCH_S = 5.0, 60.0
@@ -38,7 +40,7 @@ def inspect(table: Table, kind: TableType, robot: Robot) -> list[Finding]:
         "cells": _cells,
         "six_axis_feet": _stream,
         "body": _body,
-        "hang": _legs,
+        "hang": _hanging,
         "legs": _legs,
         "poses": _legs,
     }.get(kind.name)
@@ -211,6 +213,7 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
         if lost is not None:
             values = np.where(values == lost, np.nan, values)
         found += siblings.check_loose_channels(values, names)
+        found += check_loose_cells(values, names)
         still = siblings.check_dead_channels(values, names)
         found += still or siblings.check_turned_channels(values, names)
     return found
@@ -275,6 +278,14 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
             found += body_stream.check_quaternions(
                 table.numbers(columns), f"{foot}_foot_qx …", upright=upright
             )
+    return found
+
+
+def _hanging(table: Table, robot: Robot) -> list[Finding]:
+    found, leg, lost = _legs(table, robot), table.text("leg"), hanging_spells(table)
+    for name in dict.fromkeys(leg):
+        mine = leg == name
+        found += check_spells(name, table.numbers(AXIS_COLUMNS)[mine], lost[mine])
     return found
 
 

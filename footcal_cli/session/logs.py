@@ -12,6 +12,7 @@ from footcal_cli.records.results import ParametersRecord, ReadColumnRecord
 from footcal_cli.session.inspection import inspect, over_pieces
 from footcal_cli.session.request import Request
 from footcal_cli.session.saturated import FITS, without_saturated
+from footcal_cli.session.spells import without_spells
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.copies import without_copies
 from footcal_cli.tables.longfiles import is_long
@@ -106,7 +107,7 @@ class Logs:
         read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
         self._keep(read)
         self.note(inspect(read, table, robot))
-        return self._usable(read)
+        return self._usable(read, table)
 
     def read_any(self, table: TableType) -> list[Table]:
         """Read every log that is of a kind, whatever its role; copies once."""
@@ -195,12 +196,15 @@ class Logs:
             yield piece
         self.note(over_pieces(said))
 
-    def _usable(self, read: Table) -> Table:
-        """What a fit may use of a log: nothing that is saturated; other commands take all."""
+    def _usable(self, read: Table, table: TableType) -> Table:
+        """What a fit may use of a log: nothing saturated or lost; other commands take all."""
         if self.request.command not in FITS:
             return read
         kept, findings = without_saturated(read, self.recipe.robot)
         self.note(findings)
+        if table.name == "hang":
+            kept, findings = without_spells(kept)
+            self.note(findings)
         return kept
 
     def _keep(self, read: Table, before: int = 0) -> None:

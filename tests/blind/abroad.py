@@ -371,7 +371,11 @@ _ON_FEET: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
 )
 TRIALS: Mapping[str, Abroad] = {
     f"{experiment} {cause or 'clean'}": Abroad(
-        experiment, cause, right, hide, wiring=cause in ("plugs", "dead cell", "half turn")
+        experiment,
+        cause,
+        right,
+        hide,
+        wiring=cause in ("plugs", "dead cell", "half turn", "loose contact"),
     )
     for experiment, cause, right, hide in (*_BENCH, *_ON_FEET, *ON_LEGS)
 }

@@ -78,6 +78,16 @@ def _bent_leg(leg: pd.DataFrame, rng: Rng) -> pd.DataFrame:
     return leg
 
 
+def _loose(leg: pd.DataFrame, rng: Rng) -> pd.DataFrame:
+    """A wire that loses 60 % of one axis for 5 to 30 samples, once in some hundred."""
+    away = np.zeros(len(leg), dtype=bool)
+    for start in rng.choice(len(leg), size=max(len(leg) // 300, 6), replace=False):
+        away[start : start + rng.integers(5, 31)] = True
+    axis = str(rng.choice(["fx_n", "fy_n", "fz_n"]))
+    leg.loc[away, axis] *= 0.4
+    return leg
+
+
 def _fast(seed: int) -> Recorded:
     """Legs that turn in two seconds: what accelerates them shows."""
     return hang(seed, turns=12.3, turn_s=2.0, rate_hz=50.0)
@@ -110,6 +120,7 @@ ON_LEGS: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
     ("hang", "coupling", ("cross_coupling",), _leg("hang", _coupled)),
     ("hang", "cable", ("cable_drag",), _leg("hang", _dragged)),
     ("hang", "drift", ("offset_drift",), _leg("hang", _drifting)),
+    ("hang", "loose contact", ("loose contact",), _leg("hang", _loose)),
     ("pose", "", (), lambda s, r: _legs(s, "poses")),
     ("pose", "mass", ("robot_weight",), lambda s, r: _hung_then(heavier(poses(s), 0.04), s)),
     ("pose", "half turn", FLIPS, _leg("poses", _half_turned)),

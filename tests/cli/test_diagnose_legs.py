@@ -35,10 +35,13 @@ tolerance_mm = 0.2
 """
 
 
-def write_hang(path: Path, seed: int, drag_n: float = 0.0, turned: bool = False) -> None:
+def write_hang(
+    path: Path, seed: int, drag_n: float = 0.0, turned: bool = False, loose: bool = False
+) -> None:
     """Two legs hung in four orientations, each askew, each with offsets of its own.
 
-    A cable pulls at the first leg, or its x wires are swapped.
+    A cable pulls at the first leg, or its x wires are swapped, or its z wire loses contact for
+    four samples now and then.
     """
     rng = np.random.default_rng(seed)
     frames = []
@@ -58,6 +61,8 @@ def write_hang(path: Path, seed: int, drag_n: float = 0.0, turned: bool = False)
             if leg == "fl":
                 wrench[:, 0] += drag_n * np.cos(phase - 0.3)
                 wrench[:, 0] *= 1 - 2 * turned
+                away = np.isin(np.arange(phase.size) % 40, (17, 18, 19, 20))
+                wrench[away & loose, 2] = 1.5
             time_s = clock + np.arange(phase.size) * STEP_S
             clock = time_s[-1] + 60.0
             frames.append(
@@ -70,12 +75,10 @@ def write_hang(path: Path, seed: int, drag_n: float = 0.0, turned: bool = False)
 
 
 def diagnosed(
-    run: Run, log: Path, recipe: Path, parameters: Path, out: Path, kind: str
+    run: Run, log: Path, recipe: Path, parameters: Path | None, out: Path, kind: str
 ) -> DiagnosisRecord:
-    answer = run(
-        "diagnose", log, "--experiment", kind, "--recipe", recipe, "--parameters", parameters,
-        "--out", out,
-    )  # fmt: skip
+    given = () if parameters is None else ("--parameters", parameters)
+    answer = run("diagnose", log, "--experiment", kind, "--recipe", recipe, *given, "--out", out)
     record = read_record(DiagnosisRecord, out / "diagnosis.json")
     assert answer.exit_code == (3 if record.verdict == "bad-data" else 0), answer.err
     return record
@@ -116,14 +119,35 @@ def test_a_dragging_cable_is_named_and_the_extended_model_leaves_nothing(
     assert second.verdict == "none", second.sentence
 
 
+def test_a_loose_contact_is_left_out_of_the_fit_and_ends_the_diagnosis(
+    run: Run, tmp_path: Path, recipe: Path
+) -> None:
+    found = {}
+    for loose in (False, True):
+        log, out = tmp_path / f"{loose}.csv", tmp_path / str(loose)
+        write_hang(log, 13, loose=loose)
+        assert run("hang-calib", log, "--recipe", recipe, "--out", out).exit_code == 0
+        found[loose] = read_record(ParametersRecord, out / "parameters.json")
+    for name in ("fl.weight", "fl.offset_fz", "fl.offset_tx"):
+        sd = found[False].parameters[name].sd
+        assert sd is not None
+        assert abs(found[True].value(name) - found[False].value(name)) < sd
+    record = diagnosed(run, log, recipe, out / "parameters.json", tmp_path / "answer", "hang")
+    assert record.verdict == "bad-data"
+    assert not record.causes
+    (finding,) = [f for f in record.findings if f.code == "intermittent_contact"]
+    assert finding.where == "fl"
+    assert finding.sentence.startswith("fz: 8 times")
+
+
 @pytest.mark.slow
 def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path) -> None:
     log = tmp_path / "hang.csv"
     write_hang(log, 12, turned=True)
-    assert run("hang-calib", log, "--recipe", recipe, "--out", tmp_path / "first").exit_code == 0
-    record = diagnosed(
-        run, log, recipe, tmp_path / "first/parameters.json", tmp_path / "out", "hang"
-    )
+    answer = run("hang-calib", log, "--recipe", recipe, "--out", tmp_path / "first")
+    assert answer.exit_code == 3
+    assert "fx of leg fl reads with the sign turned" in answer.out + answer.err
+    record = diagnosed(run, log, recipe, None, tmp_path / "out", "hang")
     assert record.verdict == "bad-data"
     assert "fx of leg fl" in record.sentence
     # no other cause is made of wrong readings, and none gets into a model

@@ -1,0 +1,178 @@
+"""Readings that leave their level at once and come back: a plug or a wire that loses contact.
+
+Room: checks; asked by the session. What hangs is loaded slowly: one axis is enough. Under a foot a
+cell is suspected where none of its siblings steps with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.readings import resolution_of
+from footcal_cli.core.signals import median_sd, stretches
+
+ABRUPT = 12.0
+"""Usual sd of the steps from one sample to the next beyond which a step is abrupt."""
+BACK = 0.25
+"""Share of the step out that may be missing when the reading has come back, and that the steps
+before and after it may have."""
+LONGEST = 0.1
+"""Share of a recording that a spell may last; what stays away longer is another load."""
+OFTEN = 3
+"""A loose contact comes back; fewer spells may be somebody who touched the leg."""
+LEAST = 0.1
+"""Share of a cell's usual span that a lost contact takes away at least; a sole that sticks takes
+less."""
+_FEWEST = 50
+_NEAR = 3
+"""Samples that tell the level before and after a spell."""
+_TRIED = 8
+"""Later steps that may be the way back: a foot that walks steps all the time."""
+_TOGETHER = 2
+"""Samples by which the steps of one impact differ between cells."""
+
+
+def find_spells(
+    reading: FloatArray, held: FloatArray | None = None, resolution: float = 0.0
+) -> BoolArray:
+    """Samples, two or more, between a step away from a level and one back to it, shape (n,).
+
+    Beyond a step that has no other one are the few samples before it or after it, at an end.
+
+    Parameters
+    ----------
+    reading
+        One recording in order of time, NaN where a sample was lost, shape (n,).
+    held
+        How the sensor was held and turned, shape (n, k): where that steps, the load does.
+    resolution
+        Step of the converter.
+    """
+    found = np.zeros(reading.size, dtype=bool)
+    good = np.flatnonzero(np.isfinite(reading))
+    if good.size < _FEWEST:
+        return found
+    level, steps = reading[good], np.diff(reading[good])
+    size = np.abs(steps)
+    beside = np.maximum(np.r_[0.0, size[:-1]], np.r_[size[1:], 0.0])
+    # what moves takes several samples
+    abrupt = _abrupt(steps, resolution) & (beside < BACK * size)
+    if held is not None:
+        turned = np.abs(np.diff(held[good], axis=0))
+        abrupt &= ~np.any(turned > ABRUPT * np.nanmedian(turned, axis=0), axis=1)
+    edges = np.flatnonzero(abrupt)
+    longest, end, levels = LONGEST * good.size, -1, _levels(level)
+    for i, out in enumerate(edges):
+        if out <= end:
+            continue
+        later = edges[i + 1 : i + 1 + _TRIED]
+        later, near = later[later <= out + longest], BACK * size[out]
+        back = next((b for b in later if abs(levels[b + _NEAR] - levels[out]) <= near), None)
+        if back is not None:
+            found[good[out] + 1 : good[back] + 1] = True
+            end = back
+        elif good.size - out <= longest:
+            found[good[out] + 1 :] = True
+        elif out <= longest:
+            found[: good[out] + 1] = True
+    return found
+
+
+def _abrupt(steps: FloatArray, resolution: float) -> BoolArray:
+    """Steps that no noise makes, shape (n,)."""
+    known = steps[np.isfinite(steps)]
+    usual = median_sd(known) if known.size else 0.0
+    return np.abs(steps) > ABRUPT * max(usual, resolution)
+
+
+def _levels(values: FloatArray) -> FloatArray:
+    """Median of each sample and the two before it, beyond the end of the last one, (n + 3,)."""
+    ends = np.r_[np.repeat(values[0], _NEAR - 1), values, np.repeat(values[-1], _NEAR)]
+    return np.asarray(np.median(sliding_window_view(ends, _NEAR), axis=1))
+
+
+def spells_of(wrench: FloatArray, held: FloatArray | None = None) -> BoolArray:
+    """`find_spells` of each axis of one recording of a leg, shape (n, 6)."""
+    steps = [resolution_of(wrench[:, :3])] * 3 + [resolution_of(wrench[:, 3:])] * 3
+    return np.stack(
+        [find_spells(axis, held, step) for axis, step in zip(wrench.T, steps, strict=True)], 1
+    )
+
+
+def is_loose(lost: BoolArray) -> bool:
+    """Whether an axis, from its samples of spells, shape (n,), loses contact again and again."""
+    return len(stretches(lost)) >= OFTEN
+
+
+def check_spells(leg: str, wrench: FloatArray, lost: BoolArray) -> list[Finding]:
+    """Say of a leg that an axis or all of them lose contact again and again.
+
+    Parameters
+    ----------
+    wrench, lost
+        All recordings of the leg one after the other, and `spells_of` them, shape (n, 6).
+    """
+    loose = [i for i, axis in enumerate(lost.T) if is_loose(axis)]
+    if not loose:
+        return []
+    worst = max(loose, key=lambda i: len(stretches(lost[:, i])))
+    which = AXES[worst] if len(loose) == 1 else f"{AXES[worst]} and {len(loose) - 1} more"
+    unit = "N" if worst < len(AXES) // 2 else "Nm"
+    return [_finding(leg, f"{which}: ", wrench[:, worst], stretches(lost[:, worst]), unit)]
+
+
+def check_loose_cells(readings: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find cells of one foot that lose contact again and again while their siblings are calm.
+
+    Parameters
+    ----------
+    readings
+        Shape (n, c), NaN where a sample was lost.
+    """
+    if len(names) < 2:
+        return []
+    resolution = resolution_of(readings)
+    steps = np.stack([_abrupt(np.diff(column), resolution) for column in readings.T], 1)
+    found = []
+    for i, name in enumerate(names):
+        own = readings[:, i]
+        spells = [s for s in stretches(find_spells(own, None, resolution)) if s[0] > 0]
+        if len(spells) < OFTEN:
+            continue
+        least = LEAST * float(np.subtract(*np.nanpercentile(own, [98, 2])))
+        others = np.asarray(np.delete(steps, i, axis=1).any(axis=1))
+        alone = [
+            (start, stop) for start, stop in spells
+            if abs(own[start] - own[start - 1]) >= least
+            and not _near(others, start - 1) and not _near(others, stop - 1)
+        ]  # fmt: skip
+        if len(alone) >= OFTEN:
+            found.append(_finding(name, "", own, alone, "counts"))
+    return found
+
+
+def _near(flags: BoolArray, at: int) -> bool:
+    return bool(flags[max(at - _TOGETHER, 0) : at + _TOGETHER + 1].any())
+
+
+def _finding(
+    where: str, which: str, reading: FloatArray, spells: Sequence[tuple[int, int]], unit: str
+) -> Finding:
+    lengths = [stop - start for start, stop in spells]
+    away = [
+        abs(float(np.nanmedian(reading[start:stop]) - reading[start - 1]))
+        for start, stop in spells if start > 0
+    ]  # fmt: skip
+    return Finding(
+        "intermittent_contact", "warning", where,
+        f"{which}{len(spells)} times the reading leaves its level from one sample to the next, by "
+        f"up to {max(away, default=0.0):,.3g} {unit}, and is back after {min(lengths)} to "
+        f"{max(lengths)} samples",
+        "move its cable and plug while you watch the reading, mend them and record again",
+    )  # fmt: skip
