@@ -49,8 +49,8 @@ def outcome_of(
             details=(
                 "Checked: units of stamps, loads, positions, headings and accelerations; "
                 "gaps, lost samples, outliers, readings at an end of the range; channels that are "
-                "stuck, repeated, inverted or exchanged; loads, weight and calibration against "
-                "the recipe.",
+                "stuck, loose, repeated, inverted or exchanged; loads, weight and calibration "
+                "against the recipe.",
             ),
         ),
         pictures=tuple(

@@ -17,10 +17,12 @@ from footcal_cli.core.diagnosis.bends import (
     bends_of,
     bent_axes,
     largest,
+    open_curves,
 )
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.unnamed import KNEES, Unnamed
+from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval, sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
@@ -30,6 +32,7 @@ from footcal_cli.core.parameters import FloatArray
 from tests.core.leg_cases import distorting, pose_case
 
 RULES = Rules()
+LEGS = ("fl", "mr")
 POSES, BLOCKS, OUTPUTS = 168, 42, 3
 """So few poses to a block that none has a calibration of its own, as on six legs."""
 REMOVED = 250.0
@@ -118,6 +121,19 @@ def named(effect: str, owner: str) -> Cause:
     signature = Signature(effect, "size", owner, "", owners=((owner, (owner,)),))
     one = Interval(1.0, 0.9, 1.1)
     return Cause(signature, one, 0.001, one, 9, 0.0, (), ())
+
+
+@pytest.mark.parametrize(
+    ("effect", "owners"),
+    [("offset_drift", ()), ("axis_flip", (("fl", ("fl",)),)), ("scale_matrix", (("all", LEGS),))],
+)
+def test_no_curve_is_a_rival_of_what_is_no_gain_of_one_transducer(
+    effect: str, owners: tuple[tuple[str, tuple[str, ...]], ...]
+) -> None:
+    cause = named(effect, "fl")
+    cause = replace(cause, signature=replace(cause.signature, owners=owners))
+    best, subject = SimpleNamespace(cause=cause), SimpleNamespace(table=TABLE)
+    assert open_curves(subject, best, None, RULES) == []  # type: ignore[arg-type]
 
 
 def posing() -> Case:

@@ -134,8 +134,10 @@ def open_curves(subject: Subject, best: Tried, noise: Noise, rules: Rules) -> li
     mine, effect = best.cause.signature, subject.table[best.cause.signature.effect]
     if mine.effect not in GAINS or Trait.SWITCH in effect.traits:
         return []
-    (owner, _), *_ = mine.owners
-    axis, ideal = f"{owner}.{mine.parameter.rsplit('_', 1)[1]}", best.fitted.ideal
+    (owner, legs), *others = mine.owners
+    if others or len(legs) > 1:  # several transducers do not bend alike
+        return []
+    axis, ideal = f"{legs[0]}.{mine.parameter.rsplit('_', 1)[1]}", best.fitted.ideal
     curves = [
         s for s in subject.problem.signatures
         if s.effect in CURVES and [axes for _, axes in s.owners] == [(axis,)]
