@@ -39,7 +39,7 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.titles import said_by_names
-from footcal_cli.sniff.units import LOADS, NO_READING, known_unit
+from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, known_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
@@ -172,6 +172,8 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
         return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "dates")
     if name.axis and name.quantity == "force" and unit in (*NO_READING, "m"):
         name = replace(name, quantity="other", axis="")  # TX (mm) is a place
+    if name.quantity == "unknown" and unit in SHARES:
+        name = replace(name, quantity="other")
     if raw.kind == "text":
         return text_column(column, name, unit, raw)
     values = np.asarray(raw.values, dtype=np.float64)

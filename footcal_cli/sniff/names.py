@@ -50,7 +50,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "placement": "placement hole point position loch punkt place spot pose",
     "contact": "contact kontakt stance",
     "pressure": "pressure druck pression",
-    "other": "status state flag error err battery batt dropout valid quality rssi crc checksum "
+    "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "
+    "status state flag error err battery batt dropout valid quality rssi crc checksum "
     "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
     "tracking min max peak tare tara validity throttle pwm duty pct percent rpm efficiency esc",
 }

@@ -11,7 +11,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
-from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.names import NameGuess, Quantity
 from footcal_cli.sniff.said_weights import sums_of
 from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
@@ -24,7 +24,7 @@ from footcal_cli.sniff.tokens import (
     date_format,
     with_unit,
 )
-from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.sniff.units import MASSES, NO_READING, WEIGHTS, known_unit
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.values import bare_hexadecimal, since_the_first
 
@@ -154,7 +154,9 @@ def _with_units(
     units = {known_unit(pair[1]) for pair in pairs if pair}
     if None in units:
         return None
-    kind = "load" if name.quantity in ("unknown", "label", "other") else name.quantity
+    kind: Quantity = "load" if name.quantity in ("unknown", "label", "other") else name.quantity
+    if kind == "load" and units <= set(NO_READING):
+        kind = "other"
     name = replace(name, quantity=kind)
     if len(units) == 1 and not plain:
         unit = units.pop()

@@ -15,7 +15,8 @@ _ALSO = {
     "lbf-ft": "lbf*ft", "lb-ft": "lbf*ft", "ozf-in": "ozf*in", "oz-in": "ozf*in",
     "kgf-m": "kgf*m", "kgf-cm": "kgf*cm", "kgf-mm": "kgf*mm",
     "nm": "N*m", "n m": "N*m", "n·m": "N*m", "n⋅m": "N*m",
-    "degrees": "deg", "degree": "deg", "radians": "rad", "celsius": "degC",
+    "degrees": "deg", "degree": "deg", "°": "deg", "%": "%", "%rh": "%", "db": "dB",
+    "dbm": "dB", "ppm": "ppm", "radians": "rad", "celsius": "degC",
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
     "lsb": "count", "raw": "count", "adc": "count", "cnt": "count", "cts": "count",
     "digits": "count", "counts": "count", "count": "count", "pounds": "lb", "pound": "lb",
@@ -36,10 +37,12 @@ GRAVITY_MPS2 = 9.80665
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
 """In kg."""
 LENGTHS = ("m", "mm", "cm", "in", "ft")
+SHARES = ("%", "dB", "ppm")
+"""Units of shares, which nothing that is calibrated here is given in."""
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
-              "deg/s", "Hz", "rpm", "g0", "bar", "MPa", "GPa",
+              "deg/s", "Hz", "rpm", "g0", "bar", "MPa", "GPa", "°", *SHARES,
               *[unit for unit in TIMES if unit != "s"])  # fmt: skip
-"""Units of what no load cell gives: lengths, angles, temperatures, speeds, times."""
+"""Units of what no load cell gives: lengths, angles, temperatures, speeds, shares, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""
 LOADS = (*WEIGHTS, "kgf", "lbf", "gf", "kg", "g", "lb", "oz", "mg", "t", "stone", "daN", "ozf")
@@ -59,6 +62,7 @@ _SUFFIXES = {
     "kgf": "kgf", "oz": "oz", "mg": "mg", "newton": "N", "newtons": "N", "kpa": "kPa",
     "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm",
     "bar": "bar", "dan": "daN", "millis": "ms", "micros": "us", "volts": "V", "mvv": "mV/V",
+    "db": "dB", "dbm": "dB", "ppm": "ppm", "pct": "%", "percent": "%",
 }  # fmt: skip
 _SPLIT = re.compile(r"[_\s/.\-,]+")
 _PRODUCT = re.compile(r"[_\s/.,-]+(k?N|lbf?|ozf?|kgf)[-_. *](mm|cm|m|in|ft)$")

@@ -46,3 +46,20 @@ def test_stamps_out_of_order_and_a_ramp_of_loads() -> None:
     assert nearly_increases(stamps)
     assert not nearly_increases(np.array([*range(30), 0.0]))
     assert not nearly_increases(np.arange(40.0))
+
+
+@pytest.mark.parametrize(
+    ("header", "first"),
+    [("gain_dB", "{0}"), ("Humidity [%]", "{0}"), ("moisture_ppm", "{0}"), ("angle", "{0}°")],
+)
+def test_levels_shares_and_angles_are_no_load_no_time_and_no_reading(
+    tmp_path: Path, header: str, first: str
+) -> None:
+    path = tmp_path / "a.csv"
+    rows = [f"{first.format(10 * i)},{8200 + 37 * i * i}" for i in range(12)]
+    path.write_text("\n".join([f"{header},counts", *rows]) + "\n")
+    guess = guess_file(path)
+    assert guess.columns[0].quantity in ("other", "angle")
+    loads, cells = loads_and_cells(guess)
+    assert not loads
+    assert [c.column for c in cells] == ["counts"]
