@@ -25,6 +25,8 @@ UNTRUSTED = frozenset(
     }
 )  # fmt: skip
 """Findings with which no calibration of these data means anything."""
+WIRING = frozenset({"axis_turned", "transducer_turned", "exchanged_channels", "duplicate_channel"})
+"""Those that say what to turn or to exchange; the others follow from them."""
 DOUBTFUL = frozenset(
     {
         "legs_very_light", "negative_loads", "no_load", "calibration_of_another_robot",
@@ -42,14 +44,26 @@ LEAST = {"N": 0.05, "m": 5e-4, "Nm": 5e-3}
 
 
 def trusted(outcome: Outcome) -> Outcome:
-    """The outcome of a calibration with its doubts: not good and not usable where they weigh."""
+    """The outcome of a calibration with its doubts: not good and not usable where they weigh.
+
+    What is wrong with the readings is the reason for all that the fit says, and stands first.
+    """
     if outcome.parameters is None or outcome.diagnosis is not None:
         return outcome
     findings = (*outcome.findings, *_worse(outcome))
-    doubted = any(f.code in UNTRUSTED and f.severity == "alarm" for f in findings)
+    doubts = [f for f in findings if f.code in UNTRUSTED and f.severity == "alarm"]
+    doubted = bool(doubts)
     verdict = outcome.verdict
     if doubted or (not outcome.usable and verdict.level == "good"):
         verdict = verdict.model_copy(update={"level": "bad"})
+    if doubted:
+        why = min(doubts, key=lambda f: f.code not in WIRING)
+        first = {
+            "sentence": f"{why.where}: {why.sentence.rstrip('.')}.",
+            "actions": (f"{why.remedy[:1].upper()}{why.remedy[1:]}.",),
+            "details": (verdict.sentence, *verdict.details),
+        }
+        verdict = verdict.model_copy(update=first)
     return replace(
         outcome, findings=findings, verdict=verdict, usable=outcome.usable and not doubted
     )

@@ -19,6 +19,7 @@ from footcal_cli.core.online.comparison import left_interval
 from footcal_cli.core.online.evidence import Departure
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.plausibility import check_gains
+from footcal_cli.core.quality import Finding
 from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report.outcome import Outcome
@@ -257,6 +258,16 @@ def test_what_got_worse_on_any_quantity_is_no_good_fit(
 def test_a_fit_that_did_not_converge_is_not_good() -> None:
     found = trusted(replace(outcome(), parameters=calibration(), usable=False))
     assert found.verdict.level == "bad"
+
+
+def test_what_is_wrong_with_the_wiring_stands_before_what_follows_from_it() -> None:
+    follows = Finding("negative_leg_weight", "alarm", "fl", "the leg weighs -1 N", "look")
+    wrong = Finding("axis_turned", "alarm", "fl.fx", "fx reads with the sign turned", "turn it")
+    given = replace(outcome(), parameters=calibration(), findings=(follows, wrong), usable=False)
+    found = trusted(given).verdict
+    assert found.sentence == "fl.fx: fx reads with the sign turned."
+    assert found.actions == ("Turn it.",)
+    assert found.details[0] == given.verdict.sentence
 
 
 def test_a_jump_without_a_sure_size_is_no_alarm() -> None:
