@@ -56,8 +56,9 @@ def trusted(outcome: Outcome) -> Outcome:
     verdict = outcome.verdict
     if doubted or (not outcome.usable and verdict.level == "good"):
         verdict = verdict.model_copy(update={"level": "bad"})
-    if doubted:
-        why = min(doubts, key=lambda f: f.code not in WIRING)
+    wrong = [f for f in doubts if f in outcome.findings]
+    if wrong:
+        why = min(wrong, key=lambda f: f.code not in WIRING)
         first = {
             "sentence": f"{why.where}: {why.sentence.rstrip('.')}.",
             "actions": (f"{why.remedy[:1].upper()}{why.remedy[1:]}.",),
