@@ -52,9 +52,8 @@ def trusted(outcome: Outcome) -> Outcome:
         return outcome
     findings = (*outcome.findings, *_worse(outcome))
     doubts = [f for f in findings if f.code in UNTRUSTED and f.severity == "alarm"]
-    doubted = bool(doubts)
     verdict = outcome.verdict
-    if doubted or (not outcome.usable and verdict.level == "good"):
+    if doubts or (not outcome.usable and verdict.level == "good"):
         verdict = verdict.model_copy(update={"level": "bad"})
     wrong = [f for f in doubts if f in outcome.findings]
     if wrong:
@@ -66,7 +65,7 @@ def trusted(outcome: Outcome) -> Outcome:
         }
         verdict = verdict.model_copy(update=first)
     return replace(
-        outcome, findings=findings, verdict=verdict, usable=outcome.usable and not doubted
+        outcome, findings=findings, verdict=verdict, usable=outcome.usable and not doubts
     )
 
 

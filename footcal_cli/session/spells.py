@@ -23,11 +23,11 @@ def hanging_spells(table: Table) -> BoolArray:
     """
     leg = table.text("leg")
     part = table.text("orientation") if "orientation" in table else np.full(len(table), "")
-    held = [c for c in table.data.columns if c == "phase_rad" or c.startswith(("gravity", "body"))]
-    wrench, turned = table.numbers(AXIS_COLUMNS), table.numbers(held)
-    found = np.zeros(wrench.shape, dtype=bool)
+    found = np.zeros((len(table), len(AXIS_COLUMNS)), dtype=bool)
     if "orientation" not in table and len(set(leg)) > 1:
         return found
+    held = [c for c in table.data.columns if c == "phase_rad" or c.startswith(("gravity", "body"))]
+    wrench, turned = table.numbers(AXIS_COLUMNS), table.numbers(held)
     for name, which in dict.fromkeys(zip(leg, part, strict=True)):
         mine = (leg == name) & (part == which)
         found[mine] = spells_of(wrench[mine], turned[mine] if held else None)

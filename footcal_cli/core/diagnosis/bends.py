@@ -36,7 +36,6 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
@@ -144,14 +143,11 @@ def open_curves(subject: Subject, best: Tried, noise: Noise, rules: Rules) -> li
     ]  # fmt: skip
     gain = abs(best.fitted.values[f"{owner}.{mine.parameter}"])
     reach = 0.5 * float(np.ptp(loads_of(ideal, [axis])[axis]))
-    found = []
-    for curve in curves:
-        bending = subject.table[curve.effect]
-        size = next(p for p in bending.sizes if p.name == curve.parameter)
-        column = derivative(ideal, subject.rows, bending, size, dict(curve.owners), {})
-        if largest(best.bare, column, noise) * reach > rules.bend_share * gain:
-            found.append(curve)
-    return found
+    return [
+        curve for curve in curves
+        if largest(best.bare, subject.column(ideal, curve), noise) * reach
+        > rules.bend_share * gain
+    ]  # fmt: skip
 
 
 def largest(bare: Problem, column: FloatArray, noise: Noise | None = None) -> float:

@@ -22,7 +22,6 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -54,7 +53,7 @@ def at_its_moment(
     left = subject.problem if model is None else subject.bare(model, others)
     ideal = balanced(subject.case, subject.case.values) if model is None else model.ideal
     tried = [_at(signature, moment, float(time)) for time in times]
-    taken = _explained(left, [_column(subject, ideal, at) for at in tried])
+    taken = _explained(left, [subject.column(ideal, at) for at in tried])
     best = int(np.argmax(taken))
     # of so many rows one explains that much more of noise alone
     if taken[best] - taken[0] <= float(stats.chi2.isf(_RARE / times.size, 1)):
@@ -95,16 +94,8 @@ def _best(subject: Subject, ideal: Case, tried: Sequence[Signature]) -> Signatur
     """The signature that explains most beside the calibration, the first of equals."""
     if not tried:
         return None
-    columns = [_column(subject, ideal, signature) for signature in tried]
+    columns = [subject.column(ideal, signature) for signature in tried]
     return tried[int(np.argmax(_explained(subject.problem, columns)))]
-
-
-def _column(subject: Subject, ideal: Case, signature: Signature) -> FloatArray:
-    """What a signature of size one adds to the residual, shape (m,)."""
-    effect = subject.table[signature.effect]
-    size = next(p for p in effect.sizes if p.name == signature.parameter)
-    owners, shape = dict(signature.owners), dict(signature.shape)
-    return derivative(ideal, subject.rows, effect, size, owners, shape)
 
 
 def _explained(problem: Problem, columns: Sequence[FloatArray]) -> list[float]:

@@ -117,6 +117,13 @@ class Subject:
             signatures=(),
         )
 
+    def column(self, ideal: Case, signature: Signature) -> FloatArray:
+        """What a signature of size one adds to the residual of recordings without noise, (m,)."""
+        effect = self.table[signature.effect]
+        size = next(p for p in effect.sizes if p.name == signature.parameter)
+        owners, shape = dict(signature.owners), dict(signature.shape)
+        return derivative(ideal, self.rows, effect, size, owners, shape)
+
     def beside(self, model: Refit, signatures: Iterable[Signature]) -> FloatArray:
         """What candidates would add to an extended model, at unit RMS, shape (m, k)."""
         ideal = model.ideal
@@ -126,9 +133,7 @@ class Subject:
             effect = self.table[signature.effect]
             if any((effect.name, owner) in taken for owner, _ in signature.owners):
                 continue
-            size = next(p for p in effect.sizes if p.name == signature.parameter)
-            owners, shape = dict(signature.owners), dict(signature.shape)
-            columns.append(derivative(ideal, self.rows, effect, size, owners, shape))
+            columns.append(self.column(ideal, signature))
         return unit_columns(np.stack(columns, axis=1) if columns else model.columns[:, :0])
 
     def without_credit(self, extended: Problem, fitted: Refit) -> Problem:
