@@ -28,9 +28,10 @@ _MOST_PANELS = 8
 
 
 def plot_ladder(studies: Sequence[ChannelStudy]) -> Figure:
-    """Held-out error of every model of the first step, per channel, the choice filled in."""
+    """Held-out error of significant models of the first step, per channel, the choice filled."""
     shown = [study for study in studies if study.ladder is not None]
-    names = list(dict.fromkeys(r.model for s in shown if s.ladder for r in s.ladder.rows))
+    rows = [row for s in shown if s.ladder for row in s.ladder.rows]
+    names = list(dict.fromkeys(r.model for r in rows if np.isfinite(r.held_out_rmse_n)))
     names = [name for name in names if " + " not in name or _is_chosen(shown, name)]
     figure = new_figure(0.34 * len(names) + 1.5)
     axes = figure.add_subplot()

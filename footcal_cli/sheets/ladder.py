@@ -247,7 +247,8 @@ def tried_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
         ("channel", "model", "numbers", "fitted (N)", "held out (N)", f"gain ({unit})", "p", "why"),
         rows[:_MOST_ROWS],
         note="Gain: mean squared held-out error of the model below it minus its own, ± one "
-        f"standard error over the groups left out.{more}",
+        "standard error over the groups left out. What is not significant is not taken, however "
+        f"well it predicts: its held-out error is not computed.{more}",
     )
 
 

@@ -1,12 +1,13 @@
 """The ladder of channel models: climbed only where left-out sessions or loads pay for it.
 
-From the affine model upwards the rung that helps held-out groups most is taken, if the one-
-standard-error rule prefers it to staying, its sizes differ from zero and it predicts the held-out
+Upwards from the affine model: of rungs whose sizes differ from zero, the one that helps left-out
+groups most is taken, if the one-standard-error rule prefers it to staying and it predicts these
 groups better than staying does; then the remaining rungs are tried on top of it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,7 +38,8 @@ class LadderRow:
     rmse_n
         On the rows it was fitted to.
     held_out_rmse_n
-        On left-out groups, each predicted by a fit without it.
+        On left-out groups, each predicted by a fit without it; NaN where a rung is not significant,
+        which is not taken however well it predicts.
     gain_n2, gain_sd_n2
         Mean squared error of the model it extends minus its own, over groups, and the standard
         error of that difference.
@@ -111,6 +113,29 @@ class Ladder:
         return float(self.affine.linear[1] + shift - self.chosen.linear[1])
 
 
+@dataclass(frozen=True)
+class _Attempt:
+    """A rung on top of those taken, and its errors on left-out groups if it is significant.
+
+    Parameters
+    ----------
+    level
+        A p-value below it is significant.
+    """
+
+    rung: Rung
+    fit: ChannelFit
+    p_value: float
+    level: float
+    out: HeldOut | None
+
+    @property
+    def errors(self) -> HeldOut:
+        """On left-out groups, of a significant rung."""
+        assert self.out is not None
+        return self.out
+
+
 def held_out_error(record: BenchRecord, fit: ChannelFit) -> HeldOut:
     """Errors of a model on groups left out one after the other.
 
@@ -152,52 +177,35 @@ def climb(
     rungs = menu(record) if rungs is None else rungs
     affine = fit_channel(record)
     here, here_out = affine, held_out_error(record, affine)
-    rows = [_row("affine", affine, here_out, None, True, "the start")]
+    rows = [
+        LadderRow("affine", affine.linear.size, affine.rmse_n, here_out.rmse, 0.0, 0.0, np.nan,
+                  True, "the start")
+    ]  # fmt: skip
     taken: list[Rung] = []
     rivals: tuple[str, ...] = ()
     left = list(rungs)
     for _ in range(_MOST_STEPS):
-        # on top of a rung, only what its own data call significant is worth the held-out fits
-        level = alpha if taken else 1.0
-        attempts = (_try(record, taken, rung, level) for rung in left)
-        tried = [item for item in attempts if item is not None]
+        tried = _attempts(record, taken, left, alpha)
         if not tried:
             break
-        p_values = [_added_p(fit, rung) for rung, fit, _ in tried]
-        strict = alpha / len(tried)
-        # the rule compares with the best rung of all; none is climbed to predict worse than before
-        significant = [
-            i
-            for i, p in enumerate(p_values)
-            if p < strict and _predicts_better(tried[i][2], here_out)
-        ]
+        # none is climbed to predict worse than before
+        better = [a for a in tried if a.out is not None and _predicts_better(a.out, here_out)]
         # of rivals with as many numbers the better fit is the simpler explanation: with few groups
         # it says more than their nearly equal held-out errors
-        by_fit = np.argsort(np.argsort([fit.rmse_n for _, fit, _ in tried])) / (len(tried) + 1)
+        by_fit = sorted(a.fit.rmse_n for a in tried)
         choice = choose(
-            [here_out, *(tried[i][2] for i in significant)],
-            [0.0, *(float(tried[i][0].cost + by_fit[i]) for i in significant)],
+            [here_out, *(a.errors for a in better)],
+            [0.0, *(a.rung.cost + by_fit.index(a.fit.rmse_n) / (len(tried) + 1) for a in better)],
         )
-        step = significant[choice.chosen - 1] if choice.chosen > 0 else -1
-        rows += [
-            _row(
-                " + ".join(r.name for r in (*taken, rung)),
-                fit,
-                out,
-                here_out,
-                i == step,
-                _why(i, step, p_values[i], strict),
-                p_values[i],
-            )
-            for i, (rung, fit, out) in enumerate(tried)
-        ]
-        if step < 0:
+        step = better[choice.chosen - 1] if choice.chosen > 0 else None
+        rows += [_row(a, taken, here_out, step) for a in tried]
+        if step is None:
             break
         if not taken:
-            rivals = _rivals(tried, significant, step)
-        rung, here, here_out = tried[step]
-        taken.append(rung)
-        left = [other for other in left if not _same_family(other, rung)]
+            rivals = _rivals(better, step)
+        here, here_out = step.fit, step.errors
+        taken.append(step.rung)
+        left = [other for other in left if not _same_family(other, step.rung)]
     return Ladder(
         channel=record.channel,
         rows=tuple(rows),
@@ -217,19 +225,17 @@ def _predicts_better(one: HeldOut, other: HeldOut) -> bool:
     return over_groups and one.rmse < other.rmse
 
 
-def _rivals(
-    tried: list[tuple[Rung, ChannelFit, HeldOut]], significant: list[int], step: int
-) -> tuple[str, ...]:
-    """Significant rungs of another kind, no more complex, within one standard error or a tie."""
-    chosen, _, chosen_out = tried[step]
+def _rivals(better: list[_Attempt], chosen: _Attempt) -> tuple[str, ...]:
+    """Rungs of another kind, no more complex, within one standard error of the chosen or a tie."""
+    mean = chosen.errors.mse_by_group()
     found = []
-    for i in significant:
-        rung, _, out = tried[i]
-        if i == step or rung.cost > chosen.cost or _same_family(rung, chosen):
+    for attempt in better:
+        rung = attempt.rung
+        if rung.cost > chosen.rung.cost or _same_family(rung, chosen.rung):
             continue
-        difference = out.mse_by_group() - chosen_out.mse_by_group()
+        difference = attempt.errors.mse_by_group() - mean
         spread = float(difference.std(ddof=1)) / np.sqrt(difference.size)
-        if difference.mean() <= max(spread, TIE * float(chosen_out.mse_by_group().mean())):
+        if difference.mean() <= max(spread, TIE * float(mean.mean())):
             found.append(rung.name)
     return tuple(found)
 
@@ -237,38 +243,45 @@ def _rivals(
 def promising(record: BenchRecord, alpha: float = ALPHA) -> bool:
     """Whether a rung's sizes differ from zero in the fit to all rows: else `climb` takes none.
 
-    A tenth of the work of `climb`, which predicts left-out groups with every rung.
+    A part of the work of `climb`, which predicts left-out groups with every such rung.
     """
-    fits = [(rung, _fitted(record, [], rung)) for rung in menu(record)]
-    p_values = [_added_p(fit, rung) for rung, fit in fits if fit is not None]
-    return any(p < alpha / len(p_values) for p in p_values)
+    fitted = _fitted(record, [], menu(record))
+    return any(p < alpha / len(fitted) for _, _, p in fitted)
 
 
-def _fitted(record: BenchRecord, taken: list[Rung], rung: Rung) -> ChannelFit | None:
-    """A rung on top of those taken; None where the record is too short."""
-    terms: tuple[Term, ...] = tuple(term for r in (*taken, rung) for term in r.terms)
-    try:
-        return fit_channel(record, terms)
-    except FitError:
-        return None
+def _fitted(
+    record: BenchRecord, taken: list[Rung], left: Sequence[Rung]
+) -> list[tuple[Rung, ChannelFit, float]]:
+    """Each rung on top of those taken that the record is long enough for, and its p-value."""
+    found = []
+    for rung in left:
+        terms: tuple[Term, ...] = tuple(term for r in (*taken, rung) for term in r.terms)
+        try:
+            fit = fit_channel(record, terms)
+        except FitError:
+            continue
+        found.append((rung, fit, fit.p_value_of(range(len(terms) - len(rung.terms), len(terms)))))
+    return found
 
 
-def _try(
-    record: BenchRecord, taken: list[Rung], rung: Rung, level: float
-) -> tuple[Rung, ChannelFit, HeldOut] | None:
-    """A rung on top of those taken; None where the record is too short or p reaches `level`."""
-    fit = _fitted(record, taken, rung)
-    if fit is None or not _added_p(fit, rung) <= level:
-        return None
-    try:
-        return rung, fit, held_out_error(record, fit)
-    except FitError:
-        return None
+def _attempts(
+    record: BenchRecord, taken: list[Rung], left: Sequence[Rung], alpha: float
+) -> list[_Attempt]:
+    """What is tried on top of the rungs taken: above the first, only what is significant alone.
 
-
-def _added_p(fit: ChannelFit, rung: Rung) -> float:
-    """p-value of the sizes that the last rung added."""
-    return fit.p_value_of(range(len(fit.terms) - len(rung.terms), len(fit.terms)))
+    Left-out groups are predicted where a rung is significant among all that are tried.
+    """
+    fitted = [one for one in _fitted(record, taken, left) if not taken or one[2] <= alpha]
+    attempts = []
+    for rung, fit, p in fitted:
+        level, out = alpha / len(fitted), None
+        if p < level:
+            try:
+                out = held_out_error(record, fit)
+            except FitError:
+                continue
+        attempts.append(_Attempt(rung, fit, p, level, out))
+    return attempts
 
 
 def _same_family(one: Rung, other: Rung) -> bool:
@@ -277,35 +290,26 @@ def _same_family(one: Rung, other: Rung) -> bool:
     return bool(kinds[0] & kinds[1])
 
 
-def _why(index: int, step: int, p: float, alpha: float) -> str:
-    if index == step:
-        return "chosen: one-standard-error rule on held-out groups"
-    if p >= alpha:
-        return f"not significant (p > {alpha:.2g})"
-    if step < 0:
-        return "not better than the simpler model by one standard error"
-    return "more complex or larger held-out error than the chosen model"
-
-
-def _row(
-    model: str,
-    fit: ChannelFit,
-    out: HeldOut,
-    before: HeldOut | None,
-    climbed: bool,
-    why: str,
-    p_value: float = np.nan,
-) -> LadderRow:
-    gain = np.zeros(1) if before is None else before.mse_by_group() - out.mse_by_group()
-    spread = gain.std(ddof=1) / np.sqrt(gain.size) if gain.size > 1 else 0.0
+def _row(attempt: _Attempt, taken: list[Rung], before: HeldOut, step: _Attempt | None) -> LadderRow:
+    gain = np.full(1, np.nan)
+    if attempt.out is not None:
+        gain = before.mse_by_group() - attempt.out.mse_by_group()
+    if attempt is step:
+        why = "chosen: one-standard-error rule on held-out groups"
+    elif attempt.out is None:
+        why = f"not significant (p > {attempt.level:.2g})"
+    elif step is None:
+        why = "not better than the simpler model by one standard error"
+    else:
+        why = "more complex or larger held-out error than the chosen model"
     return LadderRow(
-        model=model,
-        coefficients=fit.linear.size,
-        rmse_n=fit.rmse_n,
-        held_out_rmse_n=out.rmse,
+        model=" + ".join(r.name for r in (*taken, attempt.rung)),
+        coefficients=attempt.fit.linear.size,
+        rmse_n=attempt.fit.rmse_n,
+        held_out_rmse_n=np.nan if attempt.out is None else attempt.out.rmse,
         gain_n2=float(gain.mean()),
-        gain_sd_n2=float(spread),
-        p_value=p_value,
-        climbed=climbed,
+        gain_sd_n2=float(gain.std(ddof=1) / np.sqrt(gain.size)) if gain.size > 1 else 0.0,
+        p_value=attempt.p_value,
+        climbed=attempt is step,
         why=why,
     )
