@@ -145,7 +145,7 @@ def open_curves(subject: Subject, best: Tried, noise: Noise, rules: Rules) -> li
     reach = 0.5 * float(np.ptp(loads_of(ideal, [axis])[axis]))
     return [
         curve for curve in curves
-        if largest(best.bare, subject.column(ideal, curve), noise) * reach
+        if largest(best.bare, subject.columns(ideal, [curve])[0], noise) * reach
         > rules.bend_share * gain
     ]  # fmt: skip
 

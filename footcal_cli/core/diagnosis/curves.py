@@ -77,6 +77,17 @@ def explained(grams: Grams, base: IntArray, columns: IntArray) -> tuple[float, i
     return _taken(left[:-1, :-1], left[:-1, -1], whole)
 
 
+def explained_each(grams: Grams, base: IntArray, columns: IntArray) -> FloatArray:
+    """Squared error that each column takes alone from what a base leaves, shape (k,).
+
+    None where a column depends on the base.
+    """
+    left, whole, _ = _left(grams, base, columns)
+    own, score = np.diag(left)[:-1], left[:-1, -1]
+    kept = own > _DEPENDENT**2 * whole
+    return np.divide(score**2, own, out=np.zeros_like(own), where=kept)
+
+
 def explained_p(grams: Grams, base: IntArray, columns: IntArray, rows: int) -> float:
     """The p, by the F test of `strongest_curve`, that columns explain nothing beside a base."""
     left, whole, rank = _left(grams, base, columns)

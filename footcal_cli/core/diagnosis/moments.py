@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.curves import explained
+from footcal_cli.core.diagnosis.curves import explained_each
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.inference.case import Case
@@ -53,7 +53,7 @@ def at_its_moment(
     left = subject.problem if model is None else subject.bare(model, others)
     ideal = balanced(subject.case, subject.case.values) if model is None else model.ideal
     tried = [_at(signature, moment, float(time)) for time in times]
-    taken = _explained(left, [subject.column(ideal, at) for at in tried])
+    taken = _explained(left, subject.columns(ideal, tried))
     best = int(np.argmax(taken))
     # of so many rows one explains that much more of noise alone
     if taken[best] - taken[0] <= float(stats.chi2.isf(_RARE / times.size, 1)):
@@ -94,14 +94,13 @@ def _best(subject: Subject, ideal: Case, tried: Sequence[Signature]) -> Signatur
     """The signature that explains most beside the calibration, the first of equals."""
     if not tried:
         return None
-    columns = [subject.column(ideal, signature) for signature in tried]
-    return tried[int(np.argmax(_explained(subject.problem, columns)))]
+    return tried[int(np.argmax(_explained(subject.problem, subject.columns(ideal, tried))))]
 
 
-def _explained(problem: Problem, columns: Sequence[FloatArray]) -> list[float]:
+def _explained(problem: Problem, columns: Sequence[FloatArray]) -> FloatArray:
     """Squared residual in units of the noise that each column explains, beside what is fitted."""
     grams, _ = whitened_grams(problem.without_candidates, np.stack(columns, axis=1), problem.law)
-    return [explained(grams, grams.calibration, one)[0] for one in grams.features[:, None]]
+    return explained_each(grams, grams.calibration, grams.features)
 
 
 def moved(effect: Effect, signature: Signature, model: Refit) -> bool:

@@ -117,23 +117,25 @@ class Subject:
             signatures=(),
         )
 
-    def column(self, ideal: Case, signature: Signature) -> FloatArray:
-        """What a signature of size one adds to the residual of recordings without noise, (m,)."""
-        effect = self.table[signature.effect]
-        size = next(p for p in effect.sizes if p.name == signature.parameter)
-        owners, shape = dict(signature.owners), dict(signature.shape)
-        return derivative(ideal, self.rows, effect, size, owners, shape)
+    def columns(self, ideal: Case, signatures: Iterable[Signature]) -> list[FloatArray]:
+        """What each signature of size one adds to recordings without noise, (m,) each."""
+        seen, found = ideal.memory(), []
+        for signature in signatures:
+            effect = self.table[signature.effect]
+            size = next(p for p in effect.sizes if p.name == signature.parameter)
+            owners, shape = dict(signature.owners), dict(signature.shape)
+            found.append(derivative(ideal, self.rows, effect, size, owners, shape, seen=seen))
+        return found
 
     def beside(self, model: Refit, signatures: Iterable[Signature]) -> FloatArray:
         """What candidates would add to an extended model, at unit RMS, shape (m, k)."""
         ideal = model.ideal
         taken = {(link.effect.name, owner) for link in model.chain.links for owner in link.owners}
-        columns = []
-        for signature in dict.fromkeys(signatures):
-            effect = self.table[signature.effect]
-            if any((effect.name, owner) in taken for owner, _ in signature.owners):
-                continue
-            columns.append(self.column(ideal, signature))
+        new = [
+            signature for signature in dict.fromkeys(signatures)
+            if not any((signature.effect, owner) in taken for owner, _ in signature.owners)
+        ]  # fmt: skip
+        columns = self.columns(ideal, new)
         return unit_columns(np.stack(columns, axis=1) if columns else model.columns[:, :0])
 
     def without_credit(self, extended: Problem, fitted: Refit) -> Problem:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -108,6 +108,20 @@ class Case:
         """Room for what derivatives of each log compute on the way, for `residual`."""
         return tuple(Seen() for _ in self.logs)
 
+    def recorded(
+        self, number: int, chain: Chain, values: Mapping[str, float]
+    ) -> tuple[Log, Callable[[Log], Log] | None]:
+        """A log to remove a chain from, and what takes its judged rows then; None: it has those."""
+        if self.stride > 1 and not chain.remembers(values):
+            return self.judged[number], None
+        return self.logs[number], partial(_judged, self, number)
+
+    def truth(self, number: int, chain: Chain, values: Mapping[str, float], seen: Seen) -> Log:
+        """The judged rows of a log from which a chain is removed."""
+        log, judged = self.recorded(number, chain, values)
+        truth = chain.truth(log, values, seen)
+        return truth if judged is None else judged(truth)
+
     def extended(self, chain: Chain, values: Mapping[str, float]) -> Case:
         """The same recordings with another model."""
         return replace(self, chain=chain, values=dict(values))
@@ -172,12 +186,9 @@ def residual(
     used = chain or case.chain
     out = np.zeros(rows.row.size)
     for i in range(len(case.logs)) if only is None else only:
-        log, of_log = case.logs[i], None if seen is None else seen[i]
-        if case.stride > 1 and not used.remembers(values):
-            balance = contract.residual(case.experiment, used, case.judged[i], values, of_log)
-        else:
-            judged = partial(_judged, case, i)
-            balance = contract.residual(case.experiment, used, log, values, of_log, judged)
+        of_log = None if seen is None else seen[i]
+        log, judged = case.recorded(i, used, values)
+        balance = contract.residual(case.experiment, used, log, values, of_log, judged)
         here, at = rows.places[i]
         out[here] = balance.error.ravel()[at]
     scaled = out / rows.noise

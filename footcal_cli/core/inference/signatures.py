@@ -19,11 +19,10 @@ from footcal_cli.core.effects.contract import (
 )
 from footcal_cli.core.inference.case import Case, Rows, channels_of, residual
 from footcal_cli.core.inference.problem import Excluded, Signature
+from footcal_cli.core.inference.responses import Responses, ends_of
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.parameters import FloatArray
 
-STEP = 0.02
-"""Finite-difference step of a size, in its prior sd."""
 _DIFFERENCE = 1e-4  # finite-difference step of the calibration, in its own steps
 ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
@@ -140,7 +139,7 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
     columns: list[FloatArray] = []
     excluded: list[Excluded] = []
     known = set.intersection(*(set(log.known) for log in case.logs))
-    seen = case.memory()
+    responses = Responses(case, rows, case.memory())
     for effect in effects:
         if effect.name in present or case.experiment.name not in effect.experiments:
             continue
@@ -155,7 +154,7 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
                 Excluded(effect.name, "", "no graded signature; looked for among the raw data")
             )
             continue
-        found, made = effect_columns(case, rows, effect, seen)
+        found, made = effect_columns(responses, effect)
         signatures += found
         columns += made
     return Columns(tuple(signatures), _side_by_side(columns, rows.row.size), tuple(excluded))
@@ -171,13 +170,14 @@ def _side_by_side(columns: Sequence[FloatArray], rows: int) -> FloatArray:
 
 
 def effect_columns(
-    case: Case, rows: Rows, effect: Effect, seen: Sequence[Seen]
+    responses: Responses, effect: Effect
 ) -> tuple[list[Signature], list[FloatArray]]:
     """Columns of one effect; shapes that look alike wherever they are carried are kept once.
 
     What all cells hear adds to the sum whichever cell it is that they hear: of one cell alone, and
     once the calibration is refitted, the shapes differ.
     """
+    case, rows, seen = responses.case, responses.rows, responses.seen
     units = _units(case, effect)
     shapes = shapes_of(case, effect)
     signatures: list[Signature] = []
@@ -190,7 +190,7 @@ def effect_columns(
             lower, upper = 0.7, 1.3
         kept: list[list[FloatArray]] = []
         for shape in shapes:
-            single = {
+            single = responses.of_units(effect, size, units, shape) or {
                 u: derivative(case, rows, effect, size, {u: (u,)}, shape, seen=seen) for u in units
             }
             shared = np.sum(list(single.values()), axis=0)
@@ -293,7 +293,6 @@ def derivative(
     """
     known = seen or case.memory()
     chain = case.chain.with_link(Link(effect, dict(owners)))
-    step = STEP * size.prior_sd
     values = {**case.values, **(at or {})}
     for owner in owners:
         values |= {f"{owner}.{name}": value for name, value in shape.items()}
@@ -308,8 +307,7 @@ def derivative(
         moved = {f"{owner}.{size.name}": size.neutral + by for owner in owners}
         return residual(case, rows, {**values, **moved}, chain, touched, known)
 
-    low = -step if size.neutral - step >= size.lower else 0.0
-    high = step if size.neutral + step <= size.upper else 0.0
+    low, high = ends_of(size)
     return np.asarray(-(shifted(high) - shifted(low)) / (high - low))
 
 
