@@ -56,7 +56,8 @@ demo: $(VENV)/.installed  ## Install, go the whole road on sample data, say wher
 
 .PHONY: test
 test: $(VENV)/.installed-dev  ## Install what the tests need and run them.
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal -m "not slow"
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= \
+		$(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal -m "not slow" --ignore=tests/benchmarks
 
 .PHONY: check
 check: $(VENV)/.installed-dev  ## Lint, types and tests; before each commit.
