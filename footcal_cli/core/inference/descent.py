@@ -15,7 +15,10 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 
-_DECREMENT = 1e-7
+_DECREMENT = 1e-10
+"""Of the cost: what the last step may promise. It goes a hundred-thousandth of a sd, and what then
+remains is a small part of that."""
+_ROUNDING = 1e-12  # of a cost, which a sum of squares loses
 _FIRST_DAMPING = 1e-9
 _LEAST_RETRY = 1e-4
 _EASE = 0.01
@@ -92,7 +95,7 @@ def descend(
             return Descent(point, state, steps, converged=False, given_up=True)
         candidate = move(point, step)
         tried = at(candidate)
-        if tried.cost <= state.cost + 1e-14 * abs(state.cost):
+        if tried.cost <= state.cost + _ROUNDING * abs(state.cost):
             point, state, damping = candidate, tried, _EASE * damping
             if promised < _DECREMENT:
                 return Descent(point, state, steps, True)
