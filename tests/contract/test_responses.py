@@ -11,6 +11,7 @@ import pytest
 from footcal_cli.core.chain import link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, Trait, can_carry, units_of
+from footcal_cli.core.effects.own import OwnRow, own_effect
 from footcal_cli.core.inference.case import Case, Rows, rows_of
 from footcal_cli.core.inference.responses import Responses
 from footcal_cli.core.inference.shapes import shapes_of
@@ -24,6 +25,7 @@ TRIED = [
     if name in effect.experiments
     and effect.scope is not Scope.ROBOT
     and Trait.UNGRADED not in effect.traits
+    and effect.name not in world.experiment.calibration
     and can_carry(world.channels, effect)
 ]
 
@@ -31,7 +33,8 @@ TRIED = [
 def mixed(name: str, effect: Effect) -> bool:
     """Whether one unit's columns depend on others, or what is known changes."""
     turned = name == "pose" and effect.scope is Scope.CHANNEL  # by a mounting, removed after it
-    return turned or Trait.BELIEF in effect.traits or effect.name in {"crosstalk", "slip"}
+    beside = effect.name == "crosstalk" and name != "weights"  # which loads a cell at a time
+    return turned or beside or Trait.BELIEF in effect.traits or effect.name == "slip"
 
 
 @cache
@@ -82,3 +85,12 @@ def test_no_unit_is_apart_where_what_is_removed_after_it_mixes_them() -> None:
 
     assert of_units(sizes) is None
     assert of_units({}) is not None  # of size zero it mixes nothing
+
+
+def test_an_own_effect_of_what_its_foot_carries_is_not_apart() -> None:
+    case, rows = recorded("walk")
+    units = case.logs[0].channels
+    for adds, apart in (("k * load * temperature", True), ("k * foot_load", False)):
+        own = own_effect(OwnRow("mine", adds, "mend it", "-", 0.02))
+        found = Responses(case, rows, case.memory()).of_units(own, own.size, units, {})
+        assert (found is not None) == apart

@@ -3,7 +3,9 @@
 Room: core, inference; asked by its signatures. With ``e(x)`` the errors of a balance for readings x
 (n, c) of a log whose chain is removed, ``∂e/∂x_c`` of each row does not depend on x. So what an
 effect of one unit (cell, foot, leg) adds is ``Σ_c ∂e/∂x_c · Δx_c`` over the unit's own columns, and
-one Δx, in which every unit moved, holds those of all units.
+one Δx, in which every unit moved, holds those of all units. Whether units are apart is not said of
+an effect but seen: the first and the last unit, moved alone, move their own columns alike and no
+others.
 """
 
 from __future__ import annotations
@@ -13,23 +15,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from footcal_cli.core.chain import Chain, Link, Seen
+from footcal_cli.core.chain import Link, Seen
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
     Scope,
-    Stage,
-    Trait,
     columns_of,
     units_of,
 )
 from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 STEP = 0.02
 """Finite-difference step of a size, in its prior sd."""
 _ROUNDING = 1e-12
 """Units of noise per unit of a reading."""
+_ALIKE = 1e-6
+"""Share of the largest change up to which two changes are one."""
 
 
 def ends_of(size: EffectParameter) -> tuple[float, float]:
@@ -46,13 +49,13 @@ class _Gains:
 
     Parameters
     ----------
-    known
-        What the balance reads beside the readings.
+    truth
+        Its judged rows, the chain removed.
     columns
         Of each channel: entries of the log that follow it, their judged rows, and how much.
     """
 
-    known: Mapping[str, FloatArray]
+    truth: Log
     columns: tuple[tuple[IntArray, IntArray, FloatArray], ...]
 
 
@@ -70,6 +73,9 @@ class Responses:
     rows: Rows
     seen: Sequence[Seen]
     _gains: dict[int, _Gains] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _apart: dict[tuple[str, str, int], bool] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def of_units(
         self,
@@ -82,30 +88,44 @@ class Responses:
 
         Returns
         -------
-        None where it takes one chain for each unit: columns are mixed, or the effect changes what
-        is known.
+        None where it takes one chain for each unit: readings of one depend on the size of another,
+        or the effect changes what is known.
         """
-        chain = self.case.chain.with_link(Link(effect, {u: (u,) for u in units}))
-        if not _apart(chain, effect, self.case.values):
+        if effect.scope is Scope.ROBOT:
             return None
+        chain = self.case.chain.with_link(Link(effect, {u: (u,) for u in units}))
         values = {**self.case.values, **{f"{u}.{k}": v for u in units for k, v in shape.items()}}
         low, high = ends_of(size)
-        ends = [
-            {**values, **{f"{u}.{size.name}": size.neutral + by for u in units}}
-            for by in (low, high)
-        ]
         found = {u: np.zeros(self.rows.row.size) for u in units}
         for i, log in enumerate(self.case.logs):
-            truths = [self.case.truth(i, chain, at, self.seen[i]) for at in ends]
-            gains = self._gains_of(i)
-            if not all(_same(gains.known, truth.known) for truth in truths):
+            key = effect.name, size.name, i
+            if not self._apart.get(key, True):
                 return None
-            change = (truths[0].readings - truths[1].readings) / (high - low)
+
+            def moved(by: float, mine: Sequence[str], i: int = i) -> Log:
+                sizes = {f"{u}.{size.name}": size.neutral + by for u in mine}
+                return self.case.truth(i, chain, {**values, **sizes}, self.seen[i])
+
+            every = moved(high, units)
+            gains = self._gains_of(i)
+            columns = dict(
+                zip(
+                    units_of(effect.scope, log.channels),
+                    columns_of(effect.scope, log.channels),
+                    strict=True,
+                )
+            )
+            if key not in self._apart and np.any(every.readings != gains.truth.readings):
+                ends = list(columns)[:: max(len(columns) - 1, 1)] if len(columns) > 1 else []
+                self._apart[key] = all(
+                    _alone(gains.truth, moved(high, [u]), every, columns[u]) for u in ends
+                )
+            if not self._apart.get(key, True) or not _same(gains.truth.known, every.known):
+                return None
+            change = (moved(low, units).readings - every.readings) / (high - low)
             here = np.arange(self.rows.row.size)[self.rows.places[i][0]]
-            mine = zip(units_of(effect.scope, log.channels),
-                       columns_of(effect.scope, log.channels), strict=True)  # fmt: skip
-            for unit, columns in mine:
-                for c in np.arange(len(log.channels))[columns]:
+            for unit, own in columns.items():
+                for c in np.arange(len(log.channels))[own]:
                     at, row, gain = gains.columns[c]
                     found[unit][here[at]] += gain * change[row, c]
         return found
@@ -115,21 +135,28 @@ class Responses:
             case, at = self.case, self.rows.places[number][1]
             truth = case.truth(number, case.chain, case.values, self.seen[number])
             noise = self.rows.noise[self.rows.places[number][0]]
+            outputs = case.experiment.balance(truth).error.shape[1]
 
             def errors(readings: FloatArray) -> FloatArray:
                 error = case.experiment.balance(truth.with_readings(readings)).error
                 return np.asarray(error.ravel()[at] / noise)
 
             still, columns = errors(truth.readings), []
-            outputs = case.experiment.balance(truth).error.shape[1]
-            for c in range(truth.readings.shape[1]):
-                moved = truth.readings.copy()
-                moved[:, c] += 1.0
-                gain = errors(moved) - still
+            for unit in np.eye(truth.readings.shape[1]):
+                gain = errors(truth.readings + unit) - still
                 follows = np.flatnonzero(np.isfinite(gain) & (np.abs(gain) > _ROUNDING))
                 columns.append((follows, at[follows] // outputs, gain[follows]))
-            self._gains[number] = _Gains(truth.known, tuple(columns))
+            self._gains[number] = _Gains(truth, tuple(columns))
         return self._gains[number]
+
+
+def _alone(still: Log, alone: Log, every: Log, own: slice | IntArray) -> bool:
+    """Whether a unit that moved alone moved its own columns as with all others, and only these."""
+    expected = np.zeros_like(still.readings)
+    expected[:, own] = (every.readings - still.readings)[:, own]
+    change = alone.readings - still.readings
+    largest = float(np.nanmax(np.abs(every.readings - still.readings), initial=0.0))
+    return bool(np.all(np.abs(np.nan_to_num(change - expected)) <= _ALIKE * largest))
 
 
 def _same(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> bool:
@@ -138,29 +165,3 @@ def _same(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> boo
         array is other[name] or np.array_equal(array, other[name], equal_nan=True)
         for name, array in one.items()
     )
-
-
-_WITHIN: Mapping[Scope, frozenset[Scope]] = {
-    Scope.CHANNEL: frozenset({Scope.CHANNEL}),
-    Scope.FOOT: frozenset({Scope.CHANNEL, Scope.FOOT}),
-    Scope.LEG: frozenset({Scope.CHANNEL, Scope.LEG}),
-}
-"""Whose effects keep what is said of a unit of each scope within its columns."""
-
-
-def _apart(chain: Chain, effect: Effect, values: Mapping[str, float]) -> bool:
-    """Whether a unit's columns follow its own sizes alone, once the chain is removed.
-
-    Asked of the effect and of those that are removed after it.
-    """
-    if effect.scope not in _WITHIN or Trait.MIXTURE in effect.traits:
-        return False
-    for item in chain.links:
-        other = item.effect
-        if other.name == effect.name:
-            return True
-        beliefs = other.stage is Stage.BODY or Trait.BELIEF in other.traits
-        mixes = other.scope not in _WITHIN[effect.scope] or Trait.MIXTURE in other.traits
-        if mixes and not beliefs and item.acts(values):
-            return False
-    return True
