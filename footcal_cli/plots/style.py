@@ -77,6 +77,10 @@ def _plain_powers(axis: Axis, low: float, high: float) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_locator(LogLocator(subs=(2.0, 3.0, 5.0)))
-    named = high < 30.0 * low  # over more decades the powers of ten are enough
+    # within a decade, more than its two ends; over several, the powers of ten are enough
+    within = high < 10.0 * low
+    axis.set_minor_locator(
+        LogLocator(subs=(1.5, 2.0, 3.0, 5.0, 7.0) if within else (2.0, 3.0, 5.0))
+    )
+    named = high < 30.0 * low
     axis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if named else ""))

@@ -97,7 +97,8 @@ def picture_of(
     wrong = [f"{name} ({words})" for name, words in named.items() if words]
     noun = "leg" if "leg" in table else "channel"
     return Picture(
-        name, draw(table, robot, findings), f"{where}. Channels with a finding are red.",
+        name, draw(table, robot, findings),
+        f"{where}." + (f" Each {noun} with a finding is red and named." if wrong else ""),
         title=title,
         result=f"{plural(len(named), noun)}; "
         + (f"findings on {', '.join(wrong)}." if wrong else f"no {noun} has a finding of its own."),

@@ -37,13 +37,13 @@ def run(name: str, checkout: Path, folder: Path) -> Path | None:
     """The report of a kind, made by the source of a checkout; None where it has no such report."""
     out = folder / name.replace(" ", "_")
 
-    def calibration(start: str) -> Path:
+    def earlier(start: str) -> Path:
         made = run(start, checkout, folder)
         assert made is not None, f"{name} starts from {start}, which failed"
-        return made.with_name("parameters.json")
+        return made.parent
 
     if not out.exists():
-        words = words_of(name, calibration)
+        words = words_of(name, earlier)
         if checkout != ROOT:
             words = [_older(word, checkout) for word in words if word not in NEWER_WORDS]
         subprocess.run(

@@ -12,10 +12,17 @@ from footcal_cli.plots.style import BAD, REFERENCE, legend_below, new_figure, ti
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-NULL_CAPTION = (
-    "Grey: the largest statistic of the whole table when whole blocks change sign at random; "
-    "orange: that of the data."
-)
+
+def caption(found: Investigation) -> str:
+    """How to read the figure, and why an effect beyond chance need not be a cause."""
+    beyond = (
+        " An effect beyond chance is a cause only if its size is possible and it predicts blocks "
+        "that were left out."
+    )
+    return (
+        "Grey: the largest statistic of the whole table when whole blocks change sign at random; "
+        "orange: that of the data." + ("" if found.found else beyond)
+    )
 
 
 def in_words(found: Investigation) -> str:

@@ -15,6 +15,7 @@ from footcal_cli.core.inference.lines import Line
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.experiment import sharpening
+from footcal_cli.sheets.diagnosis.refused import refused_lines
 from footcal_cli.sheets.diagnosis.words import cannot_lines, cause_words, place_words, together
 
 _CERTAIN = 0.01  # a test's p from which it is said in the first sentence
@@ -30,11 +31,7 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
     if found.nearest:
         nearest = "; ".join(f"{cause_words(item)}{_or_rivals(item)}" for item in found.nearest)
         details.append(f"Nearest: {nearest}, but the residual is still too large.")
-    details += [
-        f"Considered and refused: {text.replace(' -,', ',')}."
-        for r in found.rounds
-        for text in r.search.refused
-    ]
+    details += refused_lines([item for r in found.rounds for item in r.search.refused])
     return sentence, [*details, *cannot_lines(found, untested)]
 
 
