@@ -36,6 +36,8 @@ _TALL = 0.9
 """From this ratio of height to width on a figure keeps its size on paper."""
 _SHORT = 16
 """A table of so many rows stays on one sheet of paper; what explains it may go on to the next."""
+_MOST_LINES, _FEW_LINES = 5, 3
+"""More lines below a result than the first number are folded, but for the second number of them."""
 _SEVERITIES = {"alarm": "✕", "warning": "!", "note": "i"}
 _FILES = {
     "parameters.json": "the calibration, for --parameters",
@@ -128,12 +130,16 @@ def render_html(
     ]
     mark, level = _LEVELS[report.verdict.level]
     urgent = _with_one_remedy([f for f in report.findings if f.severity != "note"])
+    lines, shown = report.verdict.details, len(report.verdict.details)
+    if shown > _MOST_LINES:
+        shown = _FEW_LINES
     style, script = _asset("report.css"), _asset("report.js")
     if any(figure.curves for figure in figures):
         style, script = _asset("uplot.css") + style, _asset("uplot.js") + script
     return _template().render(
         report=report, run=run, recipe_text=recipe_text, leading=leading, details=details,
-        figures=figures, mark=mark, level=level, severities=_SEVERITIES, urgent=urgent,
+        shown=lines[:shown], more=lines[shown:], figures=figures, mark=mark, level=level,
+        severities=_SEVERITIES, urgent=urgent,
         notes=_with_one_remedy([f for f in report.findings if f.severity == "note"]),
         files=[(name, _FILES.get(name, "")) for name in files], plural=plural,
         style=style, script=script, style_hash=_hash(style), script_hash=_hash(script),

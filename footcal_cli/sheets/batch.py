@@ -24,7 +24,7 @@ _MOST_REFUSALS = 20
 _FOLDED = 40
 _MOST_KINDS = 6
 _FEWEST_DRAWN = 3
-_MOST_CHANGED = 2
+_MOST_NAMED = 2
 
 
 def outcome_of(
@@ -147,10 +147,11 @@ def verdict_of(rows: Sequence[SessionRecord], fleet: Fleet, alarms: int) -> Verd
     codes = Counter(code for row in rows for code in row.findings)
     details = []
     if codes:
-        common = ", ".join(f"{code} in {n}" for code, n in codes.most_common(5))
+        common = ", ".join(f"{c.replace('_', ' ')} in {n}" for c, n in codes.most_common(5))
         details.append(f"Most common findings: {common} sessions.")
-    level: Literal["good", "warning", "bad"]
-    level = "bad" if refused == len(rows) or alarms else "warning" if parts else "good"
+    level: Literal["good", "warning", "bad"] = "warning" if parts else "good"
+    if refused == len(rows) or alarms:
+        level = "bad"
     return VerdictRecord(
         level=level, sentence=sentence + (f"; {', '.join(parts)}." if parts else "."),
         details=tuple(details),
@@ -159,10 +160,8 @@ def verdict_of(rows: Sequence[SessionRecord], fleet: Fleet, alarms: int) -> Verd
 
 def _changed(series: Sequence[Series]) -> str:
     """Which parameters changed or drifted; of many, how many."""
-    names = [one.parameter for one in series]
-    if len(names) > _MOST_CHANGED:
-        return f"{len(names)} parameters changed"
-    return f"{' and '.join(names)} changed"
+    names = " and ".join(one.parameter for one in series)
+    return f"{names if len(series) <= _MOST_NAMED else f'{len(series)} parameters'} changed"
 
 
 def findings_of(fleet: Fleet) -> Iterator[Finding]:

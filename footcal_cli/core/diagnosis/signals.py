@@ -56,7 +56,7 @@ def _hanging(log: Log) -> dict[str, FloatArray]:
     down = log.known["gravity_dir"]
     signals: dict[str, FloatArray] = {
         "shaft phase": np.mod(log.known["phase_rad"], 2.0 * np.pi),
-        "time in this hanging (s)": log.time_s - log.time_s[start],
+        "time in this hanging": log.time_s - log.time_s[start],
         **{f"gravity along {a}": np.round(down[:, i], 1) for i, a in enumerate("xyz")},
     }
     if "temperature_degc" in log.known:

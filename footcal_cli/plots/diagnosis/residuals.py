@@ -22,7 +22,7 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
-from footcal_cli.plots.words import output_words, words
+from footcal_cli.plots.words import output_words, signal_label, signal_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,11 +103,9 @@ def main_output(found: Investigation) -> int:
 
 def caption(*, named: bool) -> str:
     """How to read the figure."""
-    stages = ", before and after the identified effect is modelled" if named else ""
-    return (
-        f"Residual against the signal that predicts it best{stages}. Points: rows; line: their "
-        "mean with its 95 % band over blocks. It should be flat."
-    )
+    stages = "Residual against the signal that predicts it best, without and with the identified "
+    how = "Points: rows; line: their mean with its 95 % band over blocks. It should be flat."
+    return f"{stages}effect in the model. {how}" if named else how
 
 
 def _drawable(problem: Problem) -> list[int]:
@@ -129,7 +127,7 @@ def in_words(found: Investigation) -> str:
     unit, of = found.problem.units[output], output_words(found.problem.outputs[output])
     rms = [f"{_rms(problem, output):.3g} {unit} {stage}" for stage, problem in stages.items()]
     listed = ", ".join(rms) if found.found else rms[0].removesuffix(" before")
-    return f"RMS residual of the {of} against {words(name)}: {listed}."
+    return f"RMS residual of the {of} against {signal_words(name)}: {listed}."
 
 
 def plot_driver(found: Investigation) -> Figure:
@@ -163,7 +161,7 @@ def plot_driver(found: Investigation) -> Figure:
         axes.axhline(0, color=REFERENCE, linewidth=0.8)
         title = f"{stage.capitalize()}: should be flat" if found.found else "Should be flat"
         of = output_words(problem.outputs[output])
-        tidy(axes, title, words(name), f"residual of the {of} ({unit})" if i == 0 else "")
+        tidy(axes, title, signal_label(name), f"residual of the {of} ({unit})" if i == 0 else "")
         spread = float(np.quantile(np.abs(left), 0.99)) if left.size else 0.0
         if i == 0:
             axes.set_ylim(-1.3 * (spread or 1.0), 1.3 * (spread or 1.0))

@@ -98,7 +98,7 @@ def outcome_of(
         footer=(
             f"To reproduce: {asked.reproduce}", asked.rules.sentence(), method_note(found, seed)
         ),
-        rmse=rmse_of(found),
+        rmse=None if found.verdict is Verdict.BAD_DATA else rmse_of(found),
         records={"diagnosis.json": record.model_copy(update=followed)},
     )  # fmt: skip
 

@@ -75,10 +75,11 @@ def _surest(found: Investigation) -> str | None:
         return None
     row = min(rows, key=lambda row: row.p)
     factor, unit = handy_unit(row.size.value, row.signature.unit)
+    needed = f"{number(factor * row.smallest, 2)} {unit}".rstrip()
     return (
         f"Surest of the table, and too small to matter: {words(row.signature.effect)} in "
         f"{row.signature.where}, {handy(row.size, row.signature.unit)} (from "
-        f"{number(factor * row.smallest, 2)} {unit} on it would matter; p = {number(row.p, 2)})."
+        f"{needed} on it would matter; p = {number(row.p, 2)})."
     )
 
 
