@@ -25,7 +25,7 @@ _MOST_NAMED = 3
 _LEG_PANELS = {"force (N)": ("fx_n", "fy_n", "fz_n"), "torque (Nm)": ("tx_nm", "ty_nm", "tz_nm")}
 _WORDS = {
     "dead_cell": "stands still", "held_in_part": "held in part",
-    "turned_sign": "turned sign", "stuck_channel": "frozen",
+    "turned_sign": "reversed sign", "stuck_channel": "frozen",
     "duplicate_channel": "a copy", "scale_off_nameplate": "off the nameplate",
     "saturated_codes": "end codes", "outliers": "single samples far off",
     "lost_samples": "lost samples", "exchanged_channels": "exchanged",

@@ -108,8 +108,8 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         alarms += 1
     if not np.any(known["angmom_rate_nm"]):
         actions.append(
-            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: the angular "
-            "momentum was taken as a share of the body's motion, and scales may be off by more "
+            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: the rate of "
+            "angular momentum was estimated from the body's motion, and scales may be off by more "
             "than their sd."
         )
         alarms += 1
