@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 12
 _MOST_POINTS = 400
-_SOURCES = {"repeatability": "#0072B2", "day": "#E69F00", "operator": "#009E73"}
+_SOURCES = dict(zip(("repeatability", "day", "operator"), CELL_COLOURS, strict=False))
 
 
 def plot_series(series: Sequence[Series], dated: bool) -> Figure:

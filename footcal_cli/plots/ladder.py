@@ -120,8 +120,8 @@ def plot_recordings(studies: Sequence[ChannelStudy]) -> Figure:
     shown = [study for study in studies if study.samples is not None][:_MOST_PANELS]
     figure = new_figure(2.3 * len(shown) + 0.4)
     colours = {
-        SampleState.SETTLED: AFTER, SampleState.MOVING: BEFORE, SampleState.SHORT: "#E69F00",
-        SampleState.GLITCH: BAD, SampleState.DROPOUT: "#CC79A7",
+        SampleState.SETTLED: AFTER, SampleState.MOVING: BEFORE, SampleState.SHORT: CELL_COLOURS[1],
+        SampleState.GLITCH: BAD, SampleState.DROPOUT: CELL_COLOURS[5],
     }  # fmt: skip
     for i, study in enumerate(shown):
         axes = figure.add_subplot(len(shown), 1, i + 1)

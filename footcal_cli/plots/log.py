@@ -112,7 +112,7 @@ def _strip(
         if several:
             legend.setdefault(name, line)
     first = next(iter(panel.series.values()))
-    styles = {"single sample far off": ("o", BAD), "end code": ("s", "#CC79A7")}
+    styles = {"single sample far off": ("o", BAD), "end code": ("s", CELL_COLOURS[5])}
     for what, flags in panel.marked.items():
         at = np.flatnonzero(flags)
         at = at[:: -(-at.size // _MOST_MARKS) or 1]

@@ -74,7 +74,7 @@ def _draw_vectors(
 def _draw_foot(axes: Axes, rows: PlacementRows, outline_m: FloatArray | None) -> None:
     if outline_m is not None and len(outline_m) > 2:
         closed = _MM * np.vstack([outline_m, outline_m[:1]])
-        axes.plot(closed[:, 0], closed[:, 1], color="#9aa1ab", linewidth=1.0)
+        axes.plot(closed[:, 0], closed[:, 1], color=BEFORE, linewidth=1.0)
     if rows.cells:
         cells = _MM * rows.cell_pos_m
         axes.plot(cells[:, 0], cells[:, 1], "s", color="#52708f", markersize=7,

@@ -12,14 +12,14 @@ from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import residual_within_blocks
-from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
 from footcal_cli.plots.words import words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_CEILING, _FLOOR = "#009E73", "#7A5C00"
+_CEILING, _FLOOR = CELL_COLOURS[2], CELL_COLOURS[6]
 
 
 def caption(*, several: bool) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.plots.style import BAD, REFERENCE, legend_below, new_figure, tidy
+from footcal_cli.plots.style import BAD, BEFORE, REFERENCE, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +41,7 @@ def plot_null(found: Investigation) -> Figure:
     axes = figure.add_subplot()
     null = evidence.null_max
     if null.size:
-        axes.hist(null, bins=40, color="#c9ced6")
+        axes.hist(null, bins=40, color=BEFORE)
         axes.axvline(null[0], color=BAD, linewidth=2, label="the data")
         axes.axvline(
             np.quantile(null, 0.99), color=REFERENCE, linewidth=1, linestyle=":",
