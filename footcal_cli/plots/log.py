@@ -55,7 +55,7 @@ def plot_channels(
     gaps: Sequence[tuple[float, float]] = (),
     breaks: Sequence[tuple[float, str]] = (),
 ) -> Figure:
-    """Channels as strips above each other; red is what was found.
+    """Channels as strips above each other; orange is what was found.
 
     Parameters
     ----------

@@ -327,7 +327,7 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
         Picture(
             f"over_time_{kind}", partial(plots.plot_series, series, dated),
             f"'{kind}' of every session with its 95 % interval and levels, of several robots as "
-            "changes from each robot's first level; dashed red: a change point, red circle: an "
+            "changes from each robot's first level; dashed: a change point, circle: an "
             "outlying session."
             + _not_drawn({s.parameter for s in series}),
             title=f"{kind.replace('_', ' ').capitalize()} of every session over time",

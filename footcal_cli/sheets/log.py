@@ -98,7 +98,7 @@ def picture_of(
     noun = "leg" if "leg" in table else "channel"
     return Picture(
         name, draw(table, robot, findings),
-        f"{where}." + (f" Each {noun} with a finding is red and named." if wrong else ""),
+        f"{where}." + (f" Each {noun} with a finding is orange and named." if wrong else ""),
         title=title,
         result=f"{plural(len(named), noun)}; "
         + (f"findings on {', '.join(wrong)}." if wrong else f"no {noun} has a finding of its own."),
