@@ -30,9 +30,27 @@ install: $(VENV)/.installed  ## Create the environment and install footcal.
 FOOTCAL := $(BIN)/footcal
 BIPED := sample_data/biped
 
+define DEMO_REPORTS
+Reports of the demo, in the order of the work; open the last one first:
+  $(OUT)/check/report.html       weights as a paper prints them: is the log sound?
+  $(OUT)/nao_table2/report.html  the same weights: a straight line does not fit them
+  $(OUT)/bench_foot/report.html  weights over holes of a foot: its CoP corrected
+  $(OUT)/cells/report.html       weights on eight cells: the calibration to start from
+  $(OUT)/stand/report.html       quiet standing: what it shows, and the stance to add
+  $(OUT)/walk/report.html        a walk: scales and biases along it, by three methods
+  $(OUT)/applied/report.html     another walk: calibrated forces and CoP
+  $(OUT)/fleet/report.html       ten months of one cell: when its zero changed
+  $(OUT)/hang/report.html        legs hanging four ways: offsets and leg weights
+  $(OUT)/pose/report.html        standing poses: how the transducers are mounted
+  $(OUT)/simulated/report.html   a simulated walk with a known fault
+  $(OUT)/diagnosis/report.html   a walk with a hidden fault: which one, and where
+endef
+export DEMO_REPORTS
+
 .PHONY: demo
 demo: $(VENV)/.installed  ## Install, go the whole road on sample data, say where the reports are.
 	$(FOOTCAL) check --recipe recipes/nao_table2.toml --out $(OUT)/check --overwrite --quiet
+	$(FOOTCAL) offline-fit --recipe recipes/nao_table2.toml --out $(OUT)/nao_table2 --overwrite --quiet
 	$(FOOTCAL) offline-fit --recipe recipes/bench_foot.toml --out $(OUT)/bench_foot --overwrite --quiet
 	$(FOOTCAL) offline-fit --recipe recipes/nao_walk.toml --out $(OUT)/cells --overwrite --quiet
 	$(FOOTCAL) static-init $(BIPED)/stand_cells.parquet $(BIPED)/stand_body.parquet \
@@ -51,8 +69,7 @@ demo: $(VENV)/.installed  ## Install, go the whole road on sample data, say wher
 	$(FOOTCAL) diagnose $(BIPED)/walk_004_faulty_cells.parquet $(BIPED)/walk_004_faulty_body.parquet \
 		--experiment walk --recipe recipes/nao_walk.toml \
 		--parameters $(OUT)/cells/parameters.json --out $(OUT)/diagnosis --overwrite
-	$(FOOTCAL) offline-fit --recipe recipes/nao_table2.toml --out $(OUT)/nao_table2 --overwrite
-	@echo; echo "Reports of the demo:"; ls $(OUT)/*/report.html
+	@echo; echo "$$DEMO_REPORTS"
 
 .PHONY: test
 test: $(VENV)/.installed-dev  ## Install what the tests need and run them.

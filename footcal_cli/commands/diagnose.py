@@ -107,6 +107,8 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
             reproduce=request.command_line,
         )  # fmt: skip
         outcome = outcome_of(read, found, moved, asked)
+    if not outcome.usable:
+        return outcome  # nothing starts from wrong readings
     record = extended(session, baseline_of(session), read.case, found, moved, read.before)
     return replace(outcome, records={**outcome.records, "parameters_extended.json": record})
 

@@ -30,7 +30,7 @@ MOST_TURNS_RAD = 4.0 * np.pi
 ACROSS_RAD, IN_DEGREES = 0.8, 0.3
 """Steps turn the line from foot to foot by half a radian; a heading that lies further off, and
 as degrees within this share of it, is one in degrees."""
-_ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "of turned sign"}
+_ACC_UNITS = {1.0 / 9.80665: "in g", 1e3: "in mm/s²", 1e2: "in cm/s²", -1.0: "of reversed sign"}
 _STAMP_UNITS = (
     (1e3, "ms", "milliseconds"), (1e6, "us", "microseconds"), (1e9, "ns", "nanoseconds"),
 )  # fmt: skip

@@ -139,7 +139,7 @@ def placements(
     Parameters
     ----------
     cell_pos_m
-        Where the cells are believed in the foot frame, shape (c, 2).
+        Assumed positions of the cells in the foot frame, shape (c, 2).
     force_n
         Calibrated forces of the cells, shape (n, c).
     hole_m, load_n

@@ -46,9 +46,9 @@ def check_scale(channel: str, scale: float, nameplate: float | None) -> list[Fin
         return []
     unit = _unit_of_loads(ratio)
     if unit is not None:
-        cause = f"the loads look noted in {unit}" + (" with a turned sign" if ratio < 0 else "")
+        cause = f"the loads look noted in {unit}" + (" with a reversed sign" if ratio < 0 else "")
     elif ratio < 0 and SCALE_RANGE[0] < -ratio < SCALE_RANGE[1]:
-        cause = "the sign of the loads, or of the bridge's wires, looks turned"
+        cause = "the sign of the loads looks reversed, or two wires of the bridge exchanged"
     else:
         cause = "the unit of the loads, the amplifier's gain or the nameplate is wrong"
     return [
@@ -146,7 +146,7 @@ def check_shares(
     cause = (
         f"the loads look noted in {unit}" if unit is not None
         else "the unit of the loads or the calibration is wrong"
-    ) + (", with a turned sign" if typical < 0 else "")  # fmt: skip
+    ) + (", with a reversed sign" if typical < 0 else "")  # fmt: skip
     return [
         Finding(
             "loads_off_calibration", "alarm", ", ".join(cells),

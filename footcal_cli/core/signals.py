@@ -72,7 +72,7 @@ def parts_of(size: int, rows: int | None = None) -> Iterator[slice]:
 
 @dataclass(frozen=True)
 class Clock:
-    """What is wrong with the stamps of a stream, counted.
+    """How many stamps of a stream are wrong, by kind of fault.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ def cells_in_feet(robot: Robot) -> tuple[FloatArray, ...]:
 
 @dataclass(frozen=True)
 class Undone:
-    """Cells freed from the effects of their calibration.
+    """Readings of cells after the effects in their calibration are removed.
 
     Parameters
     ----------

@@ -8,14 +8,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.fleet import Budget, Series
-from footcal_cli.plots.style import BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import (
+    BAD,
+    BEFORE,
+    CELL_COLOURS,
+    REFERENCE,
+    legend_below,
+    new_figure,
+    tidy,
+)
+from footcal_cli.plots.words import words
+from footcal_cli.records.display_units import display_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS = 12
 _MOST_POINTS = 400
-_SOURCES = {"repeatability": "#0072B2", "day": "#E69F00", "operator": "#009E73"}
+_SOURCES = dict(zip(("repeatability", "day", "operator"), CELL_COLOURS, strict=False))
 
 
 def plot_series(series: Sequence[Series], dated: bool) -> Figure:
@@ -37,41 +47,50 @@ def plot_series(series: Sequence[Series], dated: bool) -> Figure:
     for axes in panels[len(names) :]:
         axes.set_visible(False)
     for axes, name in zip(panels, names, strict=False):
+        factor, unit = _unit_of(series, name)
         for one in (s for s in series if s.parameter == name):
             k = robots.index(one.robot)
-            start = one.levels[0].value if len(robots) > 1 else 0.0
+            start = factor * one.levels[0].value if len(robots) > 1 else 0.0
+            values = factor * one.values
             colour = CELL_COLOURS[k] if k < len(CELL_COLOURS) else BEFORE
             # interval bars of many sessions: every so many-th, but all that lie apart
             every = -(-one.time.size // _MOST_POINTS)
             shown = (np.arange(one.time.size) % every == 0) | one.outlying
             axes.errorbar(
-                one.time[shown], one.values[shown] - start, 2.0 * one.sd[shown], fmt="o",
+                one.time[shown], values[shown] - start, 2.0 * factor * one.sd[shown], fmt="o",
                 markersize=3, linewidth=0.8, color=colour, label=one.robot,
             )  # fmt: skip
             for number, level in enumerate(one.levels):
                 inside = one.time[one.segment == number]
+                height = factor * level.value - start
                 if one.drifting and one.trend is not None:
                     ends = np.array([one.time.min(), one.time.max()])
-                    drift = one.trend.slope * (ends - one.time.mean())
-                    axes.plot(ends, level.value - start + drift, color=colour, linewidth=1.4)
+                    drift = factor * one.trend.slope * (ends - one.time.mean())
+                    axes.plot(ends, height + drift, color=colour, linewidth=1.4)
                 elif inside.size:
-                    axes.plot([inside.min(), inside.max()], [level.value - start] * 2, color=colour)
+                    axes.plot([inside.min(), inside.max()], [height] * 2, color=colour)
             for change in one.changes:
                 between = 0.5 * (one.time[change.first_after - 1] + one.time[change.first_after])
                 axes.axvline(between, color=BAD, linestyle="--", linewidth=1.0)
             apart = one.outlying
             axes.plot(
-                one.time[apart], one.values[apart] - start, "o", markersize=9,
+                one.time[apart], values[apart] - start, "o", markersize=9,
                 markerfacecolor="none", markeredgecolor=BAD, linestyle="none",
             )  # fmt: skip
-        unit = next(s.unit for s in series if s.parameter == name)
-        tidy(axes, name, "", unit)
+        kind = words(name.rsplit(".", 1)[-1])
+        tidy(axes, name, "", f"{kind} ({unit})" if unit not in ("", "-") else kind)
     for axes in panels[max(len(names) - columns, 0) : len(names)]:
         axes.set_xlabel("days since the first session" if dated else "session", fontsize=9)
         axes.xaxis.set_tick_params(labelbottom=True)
     if 1 < len(robots) <= len(CELL_COLOURS):
-        panels[0].legend(fontsize=7, frameon=False, ncols=4)
+        legend_below(figure)
     return figure
+
+
+def _unit_of(series: Sequence[Series], name: str) -> tuple[float, str]:
+    """Factor and unit in which a parameter of all robots is drawn."""
+    own = [one for one in series if one.parameter == name]
+    return display_unit(own[0].unit, np.concatenate([one.values for one in own]))
 
 
 def plot_budgets(budgets: Sequence[Budget]) -> Figure:
@@ -97,5 +116,5 @@ def plot_budgets(budgets: Sequence[Budget]) -> Figure:
         "share of the larger of total and claimed variance of one robot",
         "",
     )
-    axes.legend(fontsize=8, frameon=False, ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.06))
+    legend_below(figure)
     return figure

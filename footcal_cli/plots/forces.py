@@ -62,6 +62,17 @@ def plot_cop_in_feet(cop_m: Mapping[str, FloatArray], feet: Mapping[str, FootOut
     return figure
 
 
+def along_the_foot(cop_m: Mapping[str, FloatArray]) -> str:
+    """Where the CoP (n, 2) of each foot lies along it, in one sentence."""
+    spans = []
+    for name, places in cop_m.items():
+        forward = 1e3 * places[np.isfinite(places[:, 0]), 0]
+        low, high = np.quantile(forward, (0.05, 0.95)) if forward.size else (np.nan, np.nan)
+        span = f"{low:z.0f} … {high:z.0f} mm".replace("-", "−") if forward.size else "none"
+        spans.append(f"{name} {span}")
+    return f"90 % of the CoP along the foot: {', '.join(spans)}."
+
+
 def draw_foot(axes: Axes, title: str, cop_m: FloatArray, foot: FootOutline) -> None:
     """A foot from above, its front up: CoP (n, 2), cells and outline in millimetres."""
     dots = 1e3 * cop_m[:: max(-(-len(cop_m) // _MOST_DOTS), 1)]

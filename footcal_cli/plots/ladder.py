@@ -89,21 +89,23 @@ def plot_staircases(studies: Sequence[ChannelStudy]) -> Figure:
         panels = []
         for k, (fit, title) in enumerate(
             (
-                (ladder.affine, f"{study.channel}\naffine"),
+                (ladder.affine, study.channel if each == 1 else f"{study.channel}\nstraight line"),
                 (ladder.chosen, f"{study.channel}\n{ladder.model}"),
-            )[:each]
+            )[: 1 if ladder.model == "affine" else 2]
         ):
             axes = figure.add_subplot(grid[each * block + k, column])
             error = (fit.predict(record).load_n - record.load_n)[known]
             limit = max(limit, float(np.abs(error).max()))
-            for sign, colour, label in (
-                (1, AFTER, "loading"), (-1, BAD, "unloading"), (0, BEFORE, "first reading"),
+            for sign, colour, marker, label in (
+                (1, AFTER, "^", "loading"), (-1, BAD, "v", "unloading"),
+                (0, BEFORE, "o", "first reading"),
             ):  # fmt: skip
                 at = direction == sign
-                axes.plot(record.load_n[known][at], error[at], "o", color=colour, markersize=3,
+                axes.plot(record.load_n[known][at], error[at], marker, color=colour, markersize=3,
                           alpha=0.7, label=label if at.any() else None)  # fmt: skip
             axes.axhline(0, color=REFERENCE, linewidth=0.7)
-            below = "known load (N)" if k == each - 1 else ""
+            last = k == each - 1 or ladder.model == "affine"
+            below = "known load (N)" if last else ""
             tidy(axes, title, below, "residual (N)" if column == 0 else "")
             panels.append(axes)
         for axes in panels:
@@ -119,8 +121,8 @@ def plot_recordings(studies: Sequence[ChannelStudy]) -> Figure:
     shown = [study for study in studies if study.samples is not None][:_MOST_PANELS]
     figure = new_figure(2.3 * len(shown) + 0.4)
     colours = {
-        SampleState.SETTLED: AFTER, SampleState.MOVING: BEFORE, SampleState.SHORT: "#E69F00",
-        SampleState.GLITCH: BAD, SampleState.DROPOUT: "#CC79A7",
+        SampleState.SETTLED: AFTER, SampleState.MOVING: BEFORE, SampleState.SHORT: CELL_COLOURS[1],
+        SampleState.GLITCH: BAD, SampleState.DROPOUT: CELL_COLOURS[5],
     }  # fmt: skip
     for i, study in enumerate(shown):
         axes = figure.add_subplot(len(shown), 1, i + 1)

@@ -55,7 +55,7 @@ def plot_channels(
     gaps: Sequence[tuple[float, float]] = (),
     breaks: Sequence[tuple[float, str]] = (),
 ) -> Figure:
-    """Channels as strips above each other; red is what was found.
+    """Channels as strips above each other; orange is what was found.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _strip(
         if several:
             legend.setdefault(name, line)
     first = next(iter(panel.series.values()))
-    styles = {"single sample far off": ("o", BAD), "end code": ("s", "#CC79A7")}
+    styles = {"single sample far off": ("o", BAD), "end code": ("s", CELL_COLOURS[5])}
     for what, flags in panel.marked.items():
         at = np.flatnonzero(flags)
         at = at[:: -(-at.size // _MOST_MARKS) or 1]

@@ -74,7 +74,7 @@ def _draw_vectors(
 def _draw_foot(axes: Axes, rows: PlacementRows, outline_m: FloatArray | None) -> None:
     if outline_m is not None and len(outline_m) > 2:
         closed = _MM * np.vstack([outline_m, outline_m[:1]])
-        axes.plot(closed[:, 0], closed[:, 1], color="#9aa1ab", linewidth=1.0)
+        axes.plot(closed[:, 0], closed[:, 1], color=BEFORE, linewidth=1.0)
     if rows.cells:
         cells = _MM * rows.cell_pos_m
         axes.plot(cells[:, 0], cells[:, 1], "s", color="#52708f", markersize=7,
@@ -111,15 +111,16 @@ def plot_total_force(found: FootStudy) -> Figure:
     """Total force against the known load, and its error ([NAO], Fig. 8)."""
     figure = new_figure(3.2)
     force, error = figure.subplots(1, 2)
-    series = [(found.rows.load_n, found.study.chosen.fit.total_n(found.rows), AFTER, "corrected")]
+    corrected = found.study.chosen.fit.total_n(found.rows)
+    series = [(found.rows.load_n, corrected, AFTER, ".", "corrected")]
     if found.before is not None:
         before = found.before
-        series.insert(0, (before.load_n, before.total_n, BEFORE, "before"))
+        series.insert(0, (before.load_n, before.total_n, BEFORE, "x", "before"))
     largest = float(np.nanmax(found.rows.load_n))
     force.plot([0.0, largest], [0.0, largest], color=REFERENCE, linewidth=1.0, label="known load")
-    for load, total, colour, label in series:
-        force.plot(load, total, ".", color=colour, markersize=4, label=label)
-        error.plot(load, total - load, ".", color=colour, markersize=4)
+    for load, total, colour, marker, label in series:
+        force.plot(load, total, marker, color=colour, markersize=4, label=label)
+        error.plot(load, total - load, marker, color=colour, markersize=4)
     error.axhline(0.0, color=REFERENCE, linewidth=0.8)
     tidy(force, f"Vertical force, {found.foot} foot", "known load (N)", "sum of the cells (N)")
     tidy(error, "Error of the vertical force", "known load (N)", "measured − known (N)")

@@ -46,7 +46,7 @@ def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
     grid = figure.subplots(1, 2)
     width = 0.8 / len(stages)
     colours = {"before": BEFORE, "after": AFTER}
-    spare = iter(("#E69F00", "#009E73", "#CC79A7"))
+    spare = iter(CELL_COLOURS[1:3] + CELL_COLOURS[5:6])
     for k, (stage, error) in enumerate(stages.items()):
         colour = colours.get(stage) or next(spare)
         places = np.arange(3.0) + (k - 0.5 * (len(stages) - 1)) * width
@@ -96,7 +96,7 @@ def plot_mounting(fit: PoseFit) -> Figure:
                         facecolor=AFTER, alpha=0.2)
             )  # fmt: skip
         turned = rotation_exp(turn_scale * rotvec[k])
-        for axis, colour in ((0, "#D55E00"), (1, "#009E73")):
+        for axis, colour in ((0, CELL_COLOURS[3]), (1, CELL_COLOURS[2])):
             arrow = 0.05 * turned[:2, axis]
             sketch.annotate(
                 "", (-(moved[1] + arrow[1]), moved[0] + arrow[0]), (-moved[1], moved[0]),

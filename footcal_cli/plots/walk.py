@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 
 METHOD_COLOURS = {
     "before": BEFORE,
-    "static": "#E69F00",
+    "static": CELL_COLOURS[5],
     "window": BAD,
     "memory": AFTER,
-    "smoother": "#009E73",
-    "baseline": "#CC79A7",
+    "smoother": CELL_COLOURS[2],
+    "baseline": CELL_COLOURS[7],
 }
 METHOD_LABELS = {
     "before": "before (parameters as given)",

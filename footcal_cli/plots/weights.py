@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.bench.regression import AffineFit
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BAD, CELL_COLOURS, MARKERS, new_figure, tidy
 from footcal_cli.records.display_units import display_unit
 
@@ -53,19 +54,24 @@ def plot_loads_against_counts(fits: Sequence[AffineFit], tolerance_n: float) -> 
     return figure
 
 
+def mean_residuals(fit: AffineFit) -> tuple[FloatArray, FloatArray]:
+    """Each known load of a channel, and the mean residual there, newtons."""
+    loads = np.unique(fit.load_n)
+    return loads, np.array([fit.residual_n[fit.load_n == load].mean() for load in loads])
+
+
 def plot_residuals(fits: Sequence[AffineFit], tolerance_n: float) -> Figure:
     """Residuals of all channels on one axis against load: a shared bend is seen at once."""
     figure = new_figure(3.8)
     axes = figure.add_subplot()
     axes.axhspan(-tolerance_n, tolerance_n, color="#e8f1f8", label=f"± {tolerance_n:.3g} N asked")
     for i, fit in enumerate(fits):
-        loads = np.unique(fit.load_n)
-        mean = [fit.residual_n[fit.load_n == load].mean() for load in loads]
+        loads, mean = mean_residuals(fit)
         colour = CELL_COLOURS[i % len(CELL_COLOURS)]
         axes.plot(loads, mean, f"{MARKERS[i % len(MARKERS)]}-", color=colour, linewidth=1.2,
                   markersize=4, label=fit.channel)  # fmt: skip
     axes.axhline(0, color="#1b1f24", linewidth=0.8)
-    tidy(axes, "Residual of the affine calibration (should be flat)", "known load (N)",
+    tidy(axes, "Mean residual of the straight line (should be flat)", "known load (N)",
          "measured − known (N)")  # fmt: skip
     axes.legend(fontsize=8, ncols=1, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure

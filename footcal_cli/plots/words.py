@@ -23,6 +23,24 @@ OUTPUTS = {
 _SPELT = {"com": "CoM", "imu": "IMU", "accel": "accelerometer"}
 
 
+_UNITS = {
+    "time": "s", "load": "N", "step": "N", "force": "N", "temperature": "°C", "CoM": "m",
+    "hole": "m", "shaft": "rad", "gait": "cycles",
+}  # fmt: skip
+"""Unit of a recorded signal by the first word of its name."""
+
+
+def signal_words(name: str) -> str:
+    """A recorded signal's name for a sentence, without its unit."""
+    return words(name).removesuffix(" (s)")
+
+
+def signal_label(name: str) -> str:
+    """The same with its unit, for an axis."""
+    unit = "" if "×" in name else _UNITS.get(name.split(" ")[0], "")
+    return f"{signal_words(name)} ({unit})" if unit else signal_words(name)
+
+
 def words(name: str) -> str:
     """An effect's name for a sentence: ``com_offset`` is *CoM offset*."""
     return " ".join(_SPELT.get(part, part) for part in name.split("_"))

@@ -10,7 +10,7 @@ import base64
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from functools import cache
 from importlib import resources
@@ -20,18 +20,13 @@ from typing import TYPE_CHECKING
 from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import RunRecord
 from footcal_cli.report import Drawn, Picture, Report, Sheet, plural
-from footcal_cli.report.columns import aligned
+from footcal_cli.report.columns import EMPTY, laid_out
 
 if TYPE_CHECKING:
     import jinja2
     from markupsafe import Markup
 
-_NUMERIC = re.compile(
-    r"^[<>≤≥≈→ ]*[(]?[−+-]?[\d,]*\.?\d+([e×]\S*)?( ± \S+)?( × 10\S+)?"
-    r"( ?%)?( ?\[[^]]*\]( ?%)?)?( of [\d,]+)?$"
-)
 _OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
-_EMPTY = frozenset({"", "–", "-", "no repeats"})
 _LEVELS = {
     "good": ("✓", "Result"),
     "warning": ("!", "Needs attention"),
@@ -40,7 +35,9 @@ _LEVELS = {
 _TALL = 0.9
 """From this ratio of height to width on a figure keeps its size on paper."""
 _SHORT = 16
-"""So many rows of a table stay on one sheet of paper."""
+"""A table of so many rows stays on one sheet of paper; what explains it may go on to the next."""
+_MOST_LINES, _FEW_LINES = 5, 3
+"""More lines below a result than the first number are folded, but for the second number of them."""
 _SEVERITIES = {"alarm": "✕", "warning": "!", "note": "i"}
 _FILES = {
     "parameters.json": "the calibration, for --parameters",
@@ -61,6 +58,7 @@ _FILES = {
     "models.parquet": "the candidate models and their errors",
     "sessions.parquet": "a row per session: parameters, errors, verdict",
     "sessions.csv": "a row per session, for a spreadsheet",
+    "plan.json": "the experiments that would distinguish the rivals, for programs",
     "sensitivity.parquet": "errors of CoP and force with each setting scaled",
     "truth.json": "what was true of the simulated logs",
     "calibrated.parquet": "the log with its calibration applied",
@@ -91,7 +89,7 @@ class _Table:
     def reason_only(self) -> frozenset[int]:
         """Greyed rows that hold nothing but the reason in their last cell."""
         return frozenset(
-            i for i in self.sheet.greyed if all(c in _EMPTY for c in self.sheet.rows[i][2:-1])
+            i for i in self.sheet.greyed if all(c in EMPTY for c in self.sheet.rows[i][2:-1])
         )
 
 
@@ -132,12 +130,16 @@ def render_html(
     ]
     mark, level = _LEVELS[report.verdict.level]
     urgent = _with_one_remedy([f for f in report.findings if f.severity != "note"])
+    lines, shown = report.verdict.details, len(report.verdict.details)
+    if shown > _MOST_LINES:
+        shown = _FEW_LINES
     style, script = _asset("report.css"), _asset("report.js")
     if any(figure.curves for figure in figures):
         style, script = _asset("uplot.css") + style, _asset("uplot.js") + script
     return _template().render(
         report=report, run=run, recipe_text=recipe_text, leading=leading, details=details,
-        figures=figures, mark=mark, level=level, severities=_SEVERITIES, urgent=urgent,
+        shown=lines[:shown], more=lines[shown:], figures=figures, mark=mark, level=level,
+        severities=_SEVERITIES, urgent=urgent,
         notes=_with_one_remedy([f for f in report.findings if f.severity == "note"]),
         files=[(name, _FILES.get(name, "")) for name in files], plural=plural,
         style=style, script=script, style_hash=_hash(style), script_hash=_hash(script),
@@ -146,25 +148,9 @@ def render_html(
 
 
 def _table(sheet: Sheet, count: int) -> _Table:
-    """A sheet as the template draws it: columns of numbers are those without other text."""
-    filled = [
-        k for k in range(len(sheet.columns))
-        if k == 0 or not sheet.rows or any(str(row[k]).strip() not in _EMPTY for row in sheet.rows)
-    ]  # fmt: skip
-    sheet = replace(
-        sheet,
-        columns=[sheet.columns[k] for k in filled],
-        rows=[[row[k] for k in filled] for row in sheet.rows],
-    )
-    numeric = []
-    judged = [row for i, row in enumerate(sheet.rows) if i not in sheet.greyed] or sheet.rows
-    for k in range(len(sheet.columns)):
-        cells = [str(row[k]).strip() for row in judged]
-        said = [cell for cell in cells if cell not in _EMPTY]
-        numbers = sum(bool(_NUMERIC.match(cell)) for cell in said)
-        numeric.append(bool(said) and numbers >= 0.8 * len(said))
-    sheet = replace(sheet, rows=aligned(sheet.rows, numeric))
-    return _Table(count, f"table-{count}", sheet, tuple(numeric))
+    """A sheet as the template draws it."""
+    sheet, numeric = laid_out(sheet)
+    return _Table(count, f"table-{count}", sheet, numeric)
 
 
 def _size_px(png: bytes) -> tuple[int, int]:

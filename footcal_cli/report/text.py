@@ -16,6 +16,7 @@ from rich.table import Table as RichTable
 
 from footcal_cli.core.quality import Finding
 from footcal_cli.report import Report, Sheet, plural
+from footcal_cli.report.columns import laid_out
 
 _MARKS = {"good": "green", "warning": "yellow", "bad": "red"}
 _SEVERITY = {"alarm": "red", "warning": "yellow", "note": "cyan"}
@@ -59,13 +60,16 @@ def _say(console: Console, lead: str, text: str, style: str = "") -> None:
 
 def _drawn(sheet: Sheet, width: int) -> RichTable:
     """The columns and rows of a sheet that a terminal has room for."""
+    sheet, numeric = laid_out(sheet)
     shown = sheet.rows[: sheet.folded_after or _MOST_ROWS]
     columns = _columns(sheet, shown, width)
     drawn = RichTable(title=_plain(sheet.title), box=box.SIMPLE_HEAD, title_justify="left")
     for k in columns:
-        drawn.add_column(_plain(sheet.columns[k]), overflow="fold")
-    for row in shown:
-        drawn.add_row(*[_plain(row[k]) for k in columns])
+        drawn.add_column(_plain(sheet.columns[k]), overflow="fold",
+                         justify="right" if numeric[k] else "left")  # fmt: skip
+    for i, row in enumerate(shown):
+        grey = "dim" if i in sheet.greyed else None
+        drawn.add_row(*[_plain(row[k]) for k in columns], style=grey)
     missing = []
     if len(shown) < len(sheet.rows):
         missing.append(plural(len(sheet.rows) - len(shown), "more row"))

@@ -15,7 +15,7 @@ from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
 
 _SAME_GRAVITY = 0.006
-"""Share by which gravity differs between places on the ground, at most."""
+"""Largest share by which gravity differs between places on Earth."""
 _CONVENTIONS = (
     "force = scale * counts + bias", "reading = applied + offset",
     "reading = applied wrench + offset", "applied wrench = (1 + scale) * reading - offset",

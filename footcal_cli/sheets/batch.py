@@ -10,11 +10,12 @@ from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.fleet import Budget, Fleet, Series, Sessions
+from footcal_cli.core.fleet import Fleet, Series, Sessions
 from footcal_cli.core.parameters import Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.plots import batch as plots
 from footcal_cli.records.batch import SessionRecord
+from footcal_cli.records.display_units import display_unit
 from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report import Picture, Sheet, number, plural, with_sd
 from footcal_cli.report.outcome import Outcome
@@ -23,6 +24,7 @@ _MOST_REFUSALS = 20
 _FOLDED = 40
 _MOST_KINDS = 6
 _FEWEST_DRAWN = 3
+_MOST_NAMED = 2
 
 
 def outcome_of(
@@ -134,29 +136,32 @@ def verdict_of(rows: Sequence[SessionRecord], fleet: Fleet, alarms: int) -> Verd
     apart, changed = fleet.outlying_sessions(), [s for s in fleet.series if s.proved]
     robots = len({row.robot for row in rows if row.outcome != "refused"})
     sentence = (
-        f"{len(rows) - refused} of {_count(len(rows), 'session')} of {_count(robots, 'robot')} "
+        f"{len(rows) - refused} of {plural(len(rows), 'session')} of {plural(robots, 'robot')} "
         "were processed"
     )
     parts = [f"{refused} refused"] if refused else []
     parts += [f"gates not met by {gates}"] if gates else []
-    parts += [_count(len(apart), "outlying session")] if apart else []
-    parts += [f"{_count(len(changed), 'parameter')} changed"] if changed else []
-    parts += [f"{_count(alarms, 'drift')} beyond its limit"] if alarms else []
+    parts += [plural(len(apart), "outlying session")] if apart else []
+    parts += [_changed(changed)] if changed else []
+    parts += [f"{plural(alarms, 'drift')} beyond its limit"] if alarms else []
     codes = Counter(code for row in rows for code in row.findings)
     details = []
     if codes:
-        common = ", ".join(f"{code} in {n}" for code, n in codes.most_common(5))
+        common = ", ".join(f"{c.replace('_', ' ')} in {n}" for c, n in codes.most_common(5))
         details.append(f"Most common findings: {common} sessions.")
-    level: Literal["good", "warning", "bad"]
-    level = "bad" if refused == len(rows) or alarms else "warning" if parts else "good"
+    level: Literal["good", "warning", "bad"] = "warning" if parts else "good"
+    if refused == len(rows) or alarms:
+        level = "bad"
     return VerdictRecord(
         level=level, sentence=sentence + (f"; {', '.join(parts)}." if parts else "."),
         details=tuple(details),
     )  # fmt: skip
 
 
-def _count(n: int, what: str) -> str:
-    return f"{n} {what}{'' if n == 1 else 's'}"
+def _changed(series: Sequence[Series]) -> str:
+    """Which parameters changed or drifted; of many, how many."""
+    names = " and ".join(one.parameter for one in series)
+    return f"{names if len(series) <= _MOST_NAMED else f'{len(series)} parameters'} changed"
 
 
 def findings_of(fleet: Fleet) -> Iterator[Finding]:
@@ -167,15 +172,15 @@ def findings_of(fleet: Fleet) -> Iterator[Finding]:
             name = fleet.sessions.names[one.at[change.first_after]]
             yield Finding(
                 "parameter_changed", "warning", where,
-                f"changed by {with_sd(change.size, change.sd)} {one.unit} at session "
-                f"{name} (p {number(change.p, 2)}, corrected for the choice of the place)",
+                f"{_amount(one, change.size, change.sd, 'changed by')} at session {name} "
+                f"(p = {number(change.p, 2)}, corrected for the choice of the place)",
                 "ask what was done to the robot before that session",
             )  # fmt: skip
         if one.drifting and one.trend is not None:
             yield Finding(
                 "parameter_drifts", "warning", where,
-                f"drifts by {with_sd(one.trend.total, one.trend.total_sd)} {one.unit} "
-                f"over the sessions (p {number(one.trend.p, 2)})",
+                f"{_amount(one, one.trend.total, one.trend.total_sd, 'drifts by')} over the "
+                f"sessions (p = {number(one.trend.p, 2)})",
                 "calibrate more often, or find what wears",
             )  # fmt: skip
     for name, parameters in fleet.outlying_sessions().items():
@@ -187,13 +192,19 @@ def findings_of(fleet: Fleet) -> Iterator[Finding]:
         )  # fmt: skip
 
 
+def _amount(one: Series, value: float, sd: float, how: str) -> str:
+    """``changed by 0.580 ± 0.045 N``, in the unit of the page."""
+    factor, unit = display_unit(one.unit, one.values)
+    return f"{how} {with_sd(factor * value, factor * sd)} {unit}"
+
+
 def sheets_of(rows: Sequence[SessionRecord], fleet: Fleet) -> tuple[Sheet, ...]:
     """Sessions, parameters over time, uncertainty budget."""
     sheets = [_sessions_sheet(rows)]
     if fleet.series:
         sheets.append(_series_sheet(fleet.series))
     if any(b.components for b in fleet.budgets):
-        sheets.append(_budget_sheet(fleet.budgets))
+        sheets.append(_budget_sheet(fleet))
     return tuple(sheets)
 
 
@@ -224,9 +235,10 @@ def _series_sheet(series: Sequence[Series]) -> Sheet:
     for one in order:
         last = one.levels[-1]
         drift = one.drift
+        factor, unit = display_unit(one.unit, one.values)
         what = "no change shown"
         if one.changes:
-            what = _count(len(one.changes), "change point")
+            what = plural(len(one.changes), "change point")
         elif one.drifting:
             what = "steady drift"
         elif one.trend is None:
@@ -235,11 +247,11 @@ def _series_sheet(series: Sequence[Series]) -> Sheet:
             (
                 one.robot,
                 one.parameter,
-                one.unit,
+                unit,
                 str(one.at.size),
-                with_sd(last.value, last.sd),
-                number(last.between_sd, 2),
-                "–" if drift is None else with_sd(*drift),
+                with_sd(factor * last.value, factor * last.sd),
+                number(factor * last.between_sd, 2),
+                "–" if drift is None else with_sd(*(factor * x for x in drift)),
                 what,
                 str(int(one.outlying.sum())),
             )
@@ -256,14 +268,17 @@ def _series_sheet(series: Sequence[Series]) -> Sheet:
     )  # fmt: skip
 
 
-def _budget_sheet(budgets: Sequence[Budget]) -> Sheet:
+def _budget_sheet(fleet: Fleet) -> Sheet:
+    values = {one.parameter: one.values for one in fleet.series}
     lines = []
-    for one in budgets:
+    for one in fleet.budgets:
         if not one.components:
             continue
         by_name = {c.name: c for c in one.components}
+        factor, unit = display_unit(one.unit, values.get(one.parameter, ()))
         cells = [
-            f"{number(c.sd, 3)} [{number(c.low, 2)}, {number(c.high, 2)}]"
+            f"{number(factor * c.sd, 3)} [{number(factor * c.low, 2)}, "
+            f"{number(factor * c.high, 2)}]"
             if (c := by_name.get(name)) is not None
             else "–"
             for name in ("repeatability", "day", "operator", "robot")
@@ -277,12 +292,12 @@ def _budget_sheet(budgets: Sequence[Budget]) -> Sheet:
         lines.append(
             (
                 one.parameter,
-                one.unit,
+                unit,
                 str(one.sessions),
-                number(one.claimed_sd, 3),
+                number(factor * one.claimed_sd, 3),
                 *cells,
                 ratio,
-                number(2.0 * one.standard_uncertainty, 3),
+                number(2.0 * factor * one.standard_uncertainty, 3),
                 "–" if share is None else f"{100 * share:.0f}",
                 distinct,
             )
@@ -312,7 +327,7 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
         Picture(
             f"over_time_{kind}", partial(plots.plot_series, series, dated),
             f"'{kind}' of every session with its 95 % interval and levels, of several robots as "
-            "changes from each robot's first level; dashed red: a change point, red circle: an "
+            "changes from each robot's first level; dashed: a change point, circle: an "
             "outlying session."
             + _not_drawn({s.parameter for s in series}),
             title=f"{kind.replace('_', ' ').capitalize()} of every session over time",

@@ -18,7 +18,12 @@ from footcal_cli.core.parameters import Estimates
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import parts_of
 from footcal_cli.plots.ladder import plot_ladder, plot_recordings, plot_staircases
-from footcal_cli.plots.weights import plot_loads_against_counts, plot_residuals, plot_scales
+from footcal_cli.plots.weights import (
+    mean_residuals,
+    plot_loads_against_counts,
+    plot_residuals,
+    plot_scales,
+)
 from footcal_cli.records.results import (
     ParametersRecord,
     RmseRecord,
@@ -147,6 +152,13 @@ def weights_outcome(
     )
 
 
+def _largest_mean(fits: Sequence[AffineFit]) -> str:
+    """The largest mean residual at any load, and whose it is."""
+    means = {fit.channel: float(np.abs(mean_residuals(fit)[1]).max()) for fit in fits}
+    worst = max(means, key=means.__getitem__)
+    return f"At no load is the mean further off than {number(means[worst], 2)} N ({worst})."
+
+
 def _pictures(
     studies: Sequence[ChannelStudy], tolerance_n: float, *, climbed: bool
 ) -> tuple[Picture, ...]:
@@ -160,7 +172,9 @@ def _pictures(
             "loads_against_counts", lambda: plot_loads_against_counts(fits, tolerance_n),
             "Known load against raw reading with the fitted line, and the error below it; orange "
             "channels leave the band.",
-            title="Known load against reading, with the fitted line", result=line,
+            title="Known load against reading, with the fitted line",
+            result=f"{plural(sum(fit.worst_n > tolerance_n for fit in fits), 'channel')} of "
+            f"{len(fits)} beyond the band of ± {tolerance_n:.3g} N.",
         ),
         Picture("scales", lambda: plot_scales(fits),
                 "Cells of one type should have scales that agree.",
@@ -172,9 +186,10 @@ def _pictures(
             0,
             Picture(
                 "residuals", lambda: plot_residuals(fits, tolerance_n),
-                "Residual at each known load, one line per cell; lines that bend together share "
-                "a cause. Blue band: the tolerance.",
-                title="Residual of the straight line against known load", result=line,
+                "Mean residual at each known load, one line per cell; lines that bend together "
+                "share a cause. Blue band: the tolerance.",
+                title="Residual of the straight line against known load",
+                result=_largest_mean(fits),
             ),
         )  # fmt: skip
     if climbed:

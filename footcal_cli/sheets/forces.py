@@ -5,22 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.intake.forces import SeenForces
-from footcal_cli.plots.forces import FootOutline, plot_cop_in_feet, plot_forces
+from footcal_cli.plots.forces import (
+    FootOutline,
+    along_the_foot,
+    plot_cop_in_feet,
+    plot_forces,
+)
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, VerdictRecord
-from footcal_cli.report import Picture, Sheet, number, plural
+from footcal_cli.report import Picture, Sheet, number
 from footcal_cli.report.outcome import Outcome
 
 
 def outcome_of(robot: Robot, seen: SeenForces, min_force_n: float) -> Outcome:
     """Sum of all forces next to the robot's weight, and the load of each foot."""
     total, lost = seen.total, seen.lost
-    weight = "no mass_kg to compare it with"
     actions: tuple[str, ...] = (
         "Add mass_kg to [robot]: the sum of all forces is then compared with the weight.",
     )
     if robot.weight_n is not None:
-        weight = f"the robot weighs {number(robot.weight_n, 4)} N"
         actions = ()
     rows = [
         (
@@ -35,8 +38,8 @@ def outcome_of(robot: Robot, seen: SeenForces, min_force_n: float) -> Outcome:
         title=f"Forces of {robot.name}",
         verdict=VerdictRecord(
             level="good",
-            sentence=f"{len(robot.cell_names)} cells calibrated over {total.count:,} samples; sum "
-            f"of all forces {number(total.median, 4)} N (median), {weight}.",
+            sentence=f"{len(robot.cell_names)} cells calibrated over {total.count:,} samples. "
+            f"{_sum_words(robot, seen)}",
             actions=actions,
         ),
         pictures=_pictures(robot, seen),
@@ -47,6 +50,14 @@ def outcome_of(robot: Robot, seen: SeenForces, min_force_n: float) -> Outcome:
         ),
         rmse=RmseRecord(rows=(), rejected={"reading is missing": lost} if lost else {}),
     )
+
+
+def _sum_words(robot: Robot, seen: SeenForces) -> str:
+    """The sum of all forces, and what it should be."""
+    weight = "no mass_kg to compare it with"
+    if robot.weight_n is not None:
+        weight = f"the robot weighs {number(robot.weight_n, 4)} N"
+    return f"Sum of all forces {number(seen.total.median, 4)} N (median), {weight}."
 
 
 def _pictures(robot: Robot, seen: SeenForces) -> tuple[Picture, ...]:
@@ -72,7 +83,7 @@ def _pictures(robot: Robot, seen: SeenForces) -> tuple[Picture, ...]:
             "forces", lambda: plot_forces(time_s, forces, robot.weight_n),
             f"{span}Over standing feet the sum should be the robot's weight.",
             title="Vertical force over time",
-            result=f"Largest: {number(float(np.nanmax(list(forces.values()))), 3)} N.", zoom=True,
+            result=_sum_words(robot, seen), zoom=True,
         )
     ]  # fmt: skip
     if feet:
@@ -82,7 +93,7 @@ def _pictures(robot: Robot, seen: SeenForces) -> tuple[Picture, ...]:
                 f"{span}CoP under each foot with its cells and outline; it should stay within "
                 "them. Where there is no contact there is no point.",
                 title="Centre of pressure under each foot",
-                result=f"{plural(len(feet), 'foot', 'feet')} with a CoP.",
+                result=along_the_foot({foot: cop[foot] for foot in feet}),
             )
         )  # fmt: skip
     return tuple(pictures)

@@ -193,19 +193,18 @@ def model_sheet(studies: Sequence[ChannelStudy]) -> Sheet:
             greyed.add(i)
             rows.append((study.channel, "affine", "too few rows", "–", "–", "–", "–", "–"))
             continue
-        chosen = ladder.chosen
+        chosen, extended = ladder.chosen, ladder.model != "affine"
+        scale_error = f"{100 * ladder.affine_scale_error:+.3f}".replace("-", "−")
         rows.append(
             (
                 study.channel,
                 ladder.model,
                 f"{ladder.groups} {'sessions' if ladder.by_session else 'loads'}",
                 number(ladder.rows[0].held_out_rmse_n, 3),
-                number(ladder.held_out.rmse, 3),
+                number(ladder.held_out.rmse, 3) if extended else "–",
                 number(chosen.sd_within_n, 2),
                 number(chosen.sd_between_n, 2) if chosen.sessions > 1 else "–",
-                "curved"
-                if is_curved(study)
-                else f"{100 * ladder.affine_scale_error:+.3f}".replace("-", "−"),
+                "curved" if is_curved(study) else scale_error if extended else "–",
             )
         )
     return Sheet(

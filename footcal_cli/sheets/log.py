@@ -25,7 +25,7 @@ _MOST_NAMED = 3
 _LEG_PANELS = {"force (N)": ("fx_n", "fy_n", "fz_n"), "torque (Nm)": ("tx_nm", "ty_nm", "tz_nm")}
 _WORDS = {
     "dead_cell": "stands still", "held_in_part": "held in part",
-    "turned_sign": "turned sign", "stuck_channel": "frozen",
+    "turned_sign": "reversed sign", "stuck_channel": "frozen",
     "duplicate_channel": "a copy", "scale_off_nameplate": "off the nameplate",
     "saturated_codes": "end codes", "outliers": "single samples far off",
     "lost_samples": "lost samples", "exchanged_channels": "exchanged",
@@ -97,7 +97,8 @@ def picture_of(
     wrong = [f"{name} ({words})" for name, words in named.items() if words]
     noun = "leg" if "leg" in table else "channel"
     return Picture(
-        name, draw(table, robot, findings), f"{where}. Channels with a finding are red.",
+        name, draw(table, robot, findings),
+        f"{where}." + (f" Each {noun} with a finding is orange and named." if wrong else ""),
         title=title,
         result=f"{plural(len(named), noun)}; "
         + (f"findings on {', '.join(wrong)}." if wrong else f"no {noun} has a finding of its own."),

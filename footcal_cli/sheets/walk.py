@@ -13,7 +13,7 @@ from footcal_cli.core.study.sensitivity import Sensitivity
 from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.intake.cell_effects import cells_in_feet
 from footcal_cli.plots import walk as plots
-from footcal_cli.plots.forces import FootOutline
+from footcal_cli.plots.forces import FootOutline, along_the_foot
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, number, plural, with_sd
@@ -108,8 +108,8 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         alarms += 1
     if not np.any(known["angmom_rate_nm"]):
         actions.append(
-            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: the angular "
-            "momentum was taken as a share of the body's motion, and scales may be off by more "
+            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: the rate of "
+            "angular momentum was estimated from the body's motion, and scales may be off by more "
             "than their sd."
         )
         alarms += 1
@@ -284,16 +284,12 @@ def _by_method(
 
 def _paths(found: Comparison, feet: Mapping[str, FootOutline]) -> str:
     """How long the path of the CoP under each foot is."""
-    spans = []
-    for k, (name, foot) in enumerate(feet.items()):
-        forward = 1e3 * plots.cop_in_foot(found, "memory", k, name, foot.cells_m)[:, 0]
-        forward = forward[np.isfinite(forward)]
-        if not forward.size:
-            spans.append(f"{name} none")
-            continue
-        low, high = np.quantile(forward, (0.05, 0.95))
-        spans.append(f"{name} {low:.0f} … {high:.0f} mm".replace("-", "−"))
-    return f"90 % of the CoP along the foot: {', '.join(spans)}."
+    return along_the_foot(
+        {
+            name: plots.cop_in_foot(found, "memory", k, name, foot.cells_m)
+            for k, (name, foot) in enumerate(feet.items())
+        }
+    )
 
 
 def _known_to(track: Track, jumps: int) -> str:

@@ -146,7 +146,7 @@ def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path
     write_hang(log, 12, turned=True)
     answer = run("hang-calib", log, "--recipe", recipe, "--out", tmp_path / "first")
     assert answer.exit_code == 3
-    assert "fx of leg fl reads with the sign turned" in answer.out + answer.err
+    assert "fx of leg fl reads with the sign reversed" in answer.out + answer.err
     record = diagnosed(run, log, recipe, None, tmp_path / "out", "hang")
     assert record.verdict == "bad-data"
     assert "fx of leg fl" in record.sentence

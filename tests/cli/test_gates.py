@@ -262,10 +262,10 @@ def test_a_fit_that_did_not_converge_is_not_good() -> None:
 
 def test_what_is_wrong_with_the_wiring_stands_before_what_follows_from_it() -> None:
     follows = Finding("negative_leg_weight", "alarm", "fl", "the leg weighs -1 N", "look")
-    wrong = Finding("axis_turned", "alarm", "fl.fx", "fx reads with the sign turned", "turn it")
+    wrong = Finding("axis_turned", "alarm", "fl.fx", "fx reads with the sign reversed", "turn it")
     given = replace(outcome(), parameters=calibration(), findings=(follows, wrong), usable=False)
     found = trusted(given).verdict
-    assert found.sentence == "fl.fx: fx reads with the sign turned."
+    assert found.sentence == "fl.fx: fx reads with the sign reversed."
     assert found.actions == ("Turn it.",)
     assert found.details[0] == given.verdict.sentence
 

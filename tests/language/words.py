@@ -28,6 +28,8 @@ FORBIDDEN = {
     r"\bsurpris\w+": "innovation, residual",
     r"\bforce left\b|\bleft \((?:N|mm|Nm)\)": "residual",
     r"\bwhere it pays\b|\bpays on\b": "helps, is supported by held-out data",
+    r"\bturned signs?\b|\bsigns? (?:\w+ )?turned\b": "reversed sign",
+    r"\bno sample\w* (?:of \w+ \w+ )?counts?\b": "can be used",
     r"\bfor who\b": "for readers who",
     r"\bforetell\w*\b": "predict",
     r"\bclimb(?:s|ed)?\b": "extend, select",

@@ -2,7 +2,7 @@
 
 ``python -m tests.report.gallery --out DIR [--before CHECKOUT]`` writes
 ``DIR/<now|before>/<kind>_<400|800|1280|dark>.png``, ``<kind>_print.pdf`` and its pages. Imported by
-nobody: ``make gallery`` runs it. It needs Chromium, and ``pdftoppm`` for the pages on paper.
+nobody: ``make gallery`` runs it. It needs Chromium.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import html
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,12 +18,14 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pypdfium2
 from matplotlib.image import imread, imsave
 
 from tests.report.browser import CHROMIUM, chromium, resolved
 from tests.report.kinds import ROOT, RUNS, words_of
 
 WIDTHS_PX = (400, 800, 1280)
+_PAPER_DPI = 80
 HEIGHT_PX = 6000
 """How much of a page is drawn; what lies below is on paper."""
 OLDER_NAMES = {"nao_table2.toml": "seed1_table2.toml"}
@@ -37,13 +38,13 @@ def run(name: str, checkout: Path, folder: Path) -> Path | None:
     """The report of a kind, made by the source of a checkout; None where it has no such report."""
     out = folder / name.replace(" ", "_")
 
-    def calibration(start: str) -> Path:
+    def earlier(start: str) -> Path:
         made = run(start, checkout, folder)
         assert made is not None, f"{name} starts from {start}, which failed"
-        return made.with_name("parameters.json")
+        return made.parent
 
     if not out.exists():
-        words = words_of(name, calibration)
+        words = words_of(name, earlier)
         if checkout != ROOT:
             words = [_older(word, checkout) for word in words if word not in NEWER_WORDS]
         subprocess.run(
@@ -90,10 +91,9 @@ def paper(page: Path, to: Path) -> None:
             scratch, f"--print-to-pdf={to}", "--no-pdf-header-footer",
             "--virtual-time-budget=4000", page.resolve().as_uri(),
         )  # fmt: skip
-    if shutil.which("pdftoppm"):
-        subprocess.run(
-            ["pdftoppm", "-r", "80", "-png", str(to), str(to.with_suffix(""))], check=True
-        )
+    for number, sheet in enumerate(pypdfium2.PdfDocument(to), start=1):
+        picture = to.with_name(f"{to.stem}-{number}.png")
+        sheet.render(scale=_PAPER_DPI / 72.0).to_pil().save(picture)
 
 
 def draw(name: str, checkout: Path, folder: Path) -> None:
@@ -134,7 +134,7 @@ def small(folder: Path, to: Path) -> None:
         joined.quantize(64).save(to / f"{name}.png", optimize=True)
 
     to.mkdir(parents=True, exist_ok=True)
-    for kind in ("cells", "stand", "diagnose_a_walk"):
+    for kind in ("cells", "stand", "diagnose_a_walk", "diagnose_none"):
         both = (f"before/{kind}_1280.png", f"now/{kind}_1280.png")
         save(kind, *((file, 620, 760) for file in both))
     save(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -32,9 +30,7 @@ class Runs:
         """The report of a run, with its figures."""
         out = self.folder / name.replace(" ", "_")
         if not out.exists():
-            self._run(
-                out, words_of(name, lambda start: self.report(start).with_name("parameters.json"))
-            )
+            self._run(out, words_of(name, lambda start: self.report(start).parent))
         return out / "report.html"
 
     @staticmethod
@@ -43,7 +39,7 @@ class Runs:
 
         with drawing(FIGURE_DPI), pytest.raises(SystemExit) as end:
             main([*words, "--out", str(out), "--quiet"])
-        assert end.value.code in (0, 1, None), words
+        assert end.value.code in (0, 1, 3, None), words
 
 
 @pytest.fixture(scope="module")
@@ -90,15 +86,14 @@ def test_the_probe_sees_planted_faults(tmp_path: Path, run: Run) -> None:
     assert len(found.overflow) == len(found.contrast) == len(found.cut) == 1
 
 
-@pytest.mark.skipif(shutil.which("pdftotext") is None, reason="no poppler on this machine")
 def test_the_next_sheet_of_paper_begins_with_the_head_of_the_table(tmp_path: Path) -> None:
     rows = [(f"left_{i}", f"{i}.5", "fitted") for i in range(150)]
     sheet = Sheet("Long", ("channel", "residual of the force", "how"), rows)
+    pdf = pytest.importorskip("pypdfium2", reason="extra dev")
     page, paper = tmp_path / "page.html", tmp_path / "page.pdf"
     page.write_text(page_of(sheets=(sheet,)), encoding="utf-8")
     chromium(str(tmp_path), f"--print-to-pdf={paper}", page.as_uri())
-    text = subprocess.run(["pdftotext", paper, "-"], capture_output=True, text=True, check=True)
-    sheets = text.stdout.strip("\f").split("\f")
+    sheets = [one.get_textpage().get_text_bounded() for one in pdf.PdfDocument(paper)]
     with_rows = [one for one in sheets if "fitted" in one]
     assert len(with_rows) > 1
     assert all("residual of the force" in one for one in with_rows)

@@ -57,3 +57,18 @@ def test_a_table_that_is_not_folded_is_printed_whole() -> None:
     text = printed(Sheet("S", ("name", "size"), [("first", "1"), ("last [N]", "2")]))
     assert "last [N]" in text
     assert "more rows" not in text
+
+
+def test_numbers_stand_right_in_a_terminal_with_as_many_digits_in_every_row() -> None:
+    rows = [("left_fl", "0.25", "estimated"), ("left_fr", "12.108", "fixed")]
+    lines = printed(Sheet("S", ("channel", "worst (N)", "status"), rows)).splitlines()
+    ends = [line.index(cell) + len(cell) for line, cell in
+            ((next(x for x in lines if name in x), cell) for name, cell in
+             (("left_fl", "0.250"), ("left_fr", "12.108")))]  # fmt: skip
+    assert ends[0] == ends[1]
+
+
+def test_a_column_in_which_nothing_stands_is_not_printed() -> None:
+    text = printed(Sheet("S", ("a", "ridge", "b"), [("x", "–", "1")], brief=("a", "ridge", "b")))
+    assert "ridge" not in text
+    assert "more column" not in text

@@ -82,7 +82,7 @@ class BenchRecord:
         return max(float(np.ptp(self.time_s[part])) for part in self.sessions())
 
     def select(self, rows: BoolArray | slice) -> BenchRecord:
-        """Some of the rows; of a slice nothing is copied."""
+        """A selection of the rows; a slice is a view, not a copy."""
         warmth = None if self.temperature_degc is None else self.temperature_degc[rows]
         return replace(
             self,

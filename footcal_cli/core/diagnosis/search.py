@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.diagnosis.refusal import Refusal, Why
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.weighing import (
     Evidence,
@@ -51,8 +52,6 @@ class Step:
         Gram columns of other effects that do as well.
     places
         Gram columns of the same effect elsewhere that do as well.
-    rejected
-        Sentences about candidates that were significant but not accepted before it.
     """
 
     column: int
@@ -62,7 +61,6 @@ class Step:
     loss: FloatArray
     rivals: tuple[int, ...]
     places: tuple[int, ...]
-    rejected: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ class Search:
     first: Evidence
     last: Evidence
     base: IntArray
-    refused: tuple[str, ...]
+    refused: tuple[Refusal, ...]
 
 
 def search(
@@ -109,7 +107,7 @@ def search(
     steps: list[Step] = []
     first = weigh(lib, base, signs, rules, seed)
     evidence = first
-    refused: list[str] = []
+    refused: list[Refusal] = []
     while len(steps) < rules.most_effects:
         step, why = _next_step(lib, evidence, base, signs, rules, steps, start_loss, seed, failed)
         refused += why
@@ -121,8 +119,9 @@ def search(
     kept = _backward(lib, steps, signs)
     if len(kept) < len(steps):
         dropped = [s for s in steps if s not in kept]
-        refused += [f"{lib.problem.signatures[lib.index(s.column)].effect}: no longer needed once "
-                    "the others are in" for s in dropped]  # fmt: skip
+        refused += [
+            Refusal(lib.problem.signatures[lib.index(s.column)], Why.SUPERSEDED) for s in dropped
+        ]
         base = np.unique(np.concatenate([grams.calibration, *(_occupied(lib, s) for s in kept)]))
         evidence = weigh(lib, base, signs, rules, seed)
     return Search(tuple(kept), first, evidence, base, tuple(refused))
@@ -155,9 +154,9 @@ def _next_step(
     start_loss: float,
     seed: int,
     failed: frozenset[str],
-) -> tuple[Step | None, list[str]]:
+) -> tuple[Step | None, list[Refusal]]:
     """The best cause that meets every condition, or none."""
-    grams, why = lib.grams, []
+    grams, why = lib.grams, list[Refusal]()
     loss = held_out_loss(grams.inner, base, grams.plain)
     total = evidence.gain.sum(axis=0)
     order = np.argsort(-total)
@@ -173,12 +172,11 @@ def _next_step(
         signature = lib.problem.signatures[lib.index(int(evidence.best[c]))]
         if signature.effect in failed:
             continue
-        name = f"{signature.effect} ({signature.where})"
         # a size outside its physical range by more than its own error
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
         size = evidence.size[c]
         if size < signature.lower - spread or size > signature.upper + spread:
-            why.append(f"{name}: its size would be {size:.3g} {signature.unit}, not possible")
+            why.append(Refusal(signature, Why.IMPOSSIBLE, float(size)))
             continue
         before = max(start_loss - float(loss.sum()), 0.0)
         touched = _touched(lib.problem, lib.index(int(evidence.best[c])))
@@ -192,24 +190,17 @@ def _next_step(
             # one of many places: two visits have no signs to flip, the others' scatter judged them
             earned = float(evidence.p[c])
         total_loss = max(float(loss.sum()), 1e-300)
-        bought = (
-            f"{plain.sum() / total_loss:.1%} of the squared error on blocks it was not fitted to"
-        )
+        tried = Refusal(signature, Why.UNSURE, float(size), float(plain.sum()) / total_loss)
         if plain.sum() <= needed:
-            asked = f"at least {rules.smallest_gain * touched:.1%} are asked of a cause"
-            if rules.second_share * before >= needed:
-                asked = (
-                    f"that is less than {rules.second_share:.0%} of what the causes before it "
-                    "removed, and may come from their form"
-                )
-            why.append(f"{name}: significant, but it removes only {bought}; {asked}")
+            form = rules.second_share * before >= needed
+            limit = rules.second_share if form else rules.smallest_gain * touched
+            why.append(replace(tried, why=Why.FORM if form else Why.LITTLE, limit=limit))
             if later:
                 return None, why
             refused = max(refused, float(plain.sum()))
             continue
         if earned > rules.alpha_rival:
-            why.append(f"{name}: significant, but that it removes {bought} is not sure "
-                       f"(p = {earned:.2g}, at most {rules.alpha_rival:g} is asked)")  # fmt: skip
+            why.append(replace(tried, limit=rules.alpha_rival, p=earned))
             if later:
                 return None, why
             refused = max(refused, float(plain.sum()))
@@ -220,8 +211,7 @@ def _next_step(
         if small and (lib.problem.drifts or not worth):
             # a small cause that is certain is named and called small, but not what the form of a
             # larger one gets wrong, nor what is usual in a walk
-            why.append(f"{name}: significant, but {abs(size):.3g} {signature.unit} is below the "
-                       "size that matters")  # fmt: skip
+            why.append(replace(tried, why=Why.SMALL))
             return None, why
         rivals, places = _rivals(lib, evidence, base, int(c), signs, rules, seed)
         return Step(

@@ -226,7 +226,7 @@ def whiten_autoregressive(
 
 
 def correlation_time(residual: FloatArray, time_s: FloatArray, block: IntArray) -> float:
-    """Time over which residuals forget themselves, ``−Δt / ln ρ₁``; 0 where they do not persist.
+    """Correlation time of residuals, ``−Δt / ln ρ₁``; 0 where they do not persist.
 
     Parameters
     ----------

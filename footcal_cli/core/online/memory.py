@@ -86,7 +86,7 @@ def within_band(rows: Rows, cutoff_hz: float) -> Rows:
 
 
 def _held(values: FloatArray, good: BoolArray) -> FloatArray:
-    """Rows that do not count replaced by the last that did."""
+    """The rows, each bad one replaced by the last good one before it."""
     at = np.where(good, np.arange(good.size), -1)
     at = np.maximum.accumulate(at)
     first = int(np.argmax(good))

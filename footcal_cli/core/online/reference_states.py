@@ -88,8 +88,8 @@ def _as_cells_have_it(log: Log, belief: Belief) -> Log:
 
     A noisy acceleration times a size is correlated with the noise of the reference: regressed on
     it, smoothing and the height of the CoM come out too small, or negative (errors in variables).
-    The noise of the cells is another one. The rate of angular momentum, which the body's stream
-    knows no better, counts as noise of the acceleration.
+    The cells' noise is independent of it. The rate of angular momentum in the stream is no more
+    exact, and its error is treated as noise of the acceleration.
     """
     forces, known = belief.forces(log.readings), log.known
     fz, com = forces.sum(axis=1), known["com_m"]

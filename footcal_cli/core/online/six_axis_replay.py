@@ -29,7 +29,7 @@ from footcal_cli.core.parameters import Estimates, FloatArray, learnt_status
 _GOOD_DEMAND = 0.02
 _DELAY_PASSES = 8
 _AGREED_S, _AGREED_SHARE = 0.008, 0.25
-"""Totals agree on a delay where none asks for more than this, or this share of it, on top."""
+"""The delays that the totals ask for agree within this time or this share of the delay."""
 _SHARE_ROUNDS, _SMALLEST_SHARE, _LARGEST_SHARE = 2, 0.2, 5.0
 _INFLATIONS = 4
 START = Noise(

@@ -63,7 +63,7 @@ class TurnedAxis:
             "axis_turned",
             "alarm",
             " or ".join(self.channels),
-            f"{axes} reads with the sign turned: turned back, {self.left:.1%} of the squared "
+            f"{axes} reads with the sign reversed: corrected, {self.left:.1%} of the squared "
             "misfit remains" + ("; these data do not show which" if len(self.channels) > 1 else ""),
             f"correct the wiring or the axes of leg {legs}, then calibrate again",
         )
@@ -305,7 +305,7 @@ def check_mirrored_hanging(leg: str, logs: Sequence[Log]) -> list[Finding]:
     return [
         Finding(
             "axis_turned", "alarm", f"{leg}.{axes}",
-            f"{axes} of leg {leg} reads with the sign turned: turned back, "
+            f"{axes} of leg {leg} reads with the sign reversed: corrected, "
             f"{tried[0][0] / given:.1%} of the squared misfit remains",
             f"correct the wiring or the axes of leg {leg}, then calibrate again",
         )

@@ -170,7 +170,7 @@ class _Problem:
         rows = np.flatnonzero(balance.valid[:, : len(walk.CELL_TOTALS)].all(axis=1))
         if rows.size == 0:
             raise DataError(
-                "no sample of this log counts: no foot is known to stand",
+                "no sample can be used: no foot is known to stand",
                 remedy="check contact, mass and units (footcal check)",
             )
         weight = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))

@@ -71,7 +71,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
             log = swings_apart(log, merged.raw, merged.rate_hz)
         if not (np.nan_to_num(log.known["contact"][good]) != 0.0).any():
             raise DataError(
-                "no sample of this log counts: no foot is known to stand", file=recording.name,
+                "no sample can be used: no foot is known to stand", file=recording.name,
                 remedy="check contact, mass, units and the calibration (footcal check)",
             )  # fmt: skip
         logs.append(cut_balanced(log.at(np.asarray(good))))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 _FEWEST_SAMPLES = 2
-OF_CELLS = "a word for load cells; transducers have scale_matrix, cross_coupling and axis_flip"
+OF_CELLS = "for load cells only; transducers have scale_matrix, cross_coupling and axis_flip"
 
 
 def rate_of(log: Log, name: str) -> float:

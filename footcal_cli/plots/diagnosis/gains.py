@@ -14,8 +14,6 @@ from footcal_cli.plots.words import capital, output_words
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-GAINS_CAPTION = "Error of each block when it is left out of the fit: before and after."
-
 
 def clearest(found: Investigation) -> Gain:
     """The output whose error falls most."""
@@ -43,7 +41,10 @@ def plot_gains(found: Investigation) -> Figure:
     figure = new_figure(3.2)
     axes = figure.add_subplot()
     axes.vlines(blocks, gain.per_block[:, 1], gain.per_block[:, 0], color="#c9ced6", linewidth=1.2)
-    axes.plot(blocks, gain.per_block[:, 0], "o", color=BEFORE, markersize=5, label="before")
+    axes.plot(
+        blocks, gain.per_block[:, 0], "o", color=BEFORE, markersize=5, markerfacecolor="white",
+        label="before" if found.found else "no effect in the model",
+    )  # fmt: skip
     if found.found:
         axes.plot(blocks, gain.per_block[:, 1], "o", color=AFTER, markersize=5, label="after")
     better = int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))

@@ -18,6 +18,7 @@ from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import BAD, new_figure
+from footcal_cli.plots.words import words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,9 +82,9 @@ def alike(found: Investigation) -> str:
         return "No effect is visible in these data."
     cos = _now(found, signatures)
     order = _clustered(cos)
-    names = [signatures[i].effect.replace("_", " ") for i in order]
+    names = [words(signatures[i].effect) for i in order]
     groups = [
-        " and ".join(names[first : last + 1]) for first, last in _runs(cos[np.ix_(order, order)])
+        ", ".join(names[first : last + 1]) for first, last in _runs(cos[np.ix_(order, order)])
     ]
     if not groups:
         return f"No two of {len(names)} effects look alike (|cos| > {_SAME})."
@@ -155,9 +156,9 @@ def _draw(axes: Axes, cos: FloatArray, names: Sequence[str], title: str, *, name
                 (first - 0.5, first - 0.5), side, side, fill=False, edgecolor=BAD, linewidth=1.8
             )
         )
-    words = [name.replace("_", " ") for name in names]
-    axes.set_xticks(range(k), words, rotation=90, fontsize=6.5)
-    axes.set_yticks(range(k), words if named else [], fontsize=6.5)
+    spelt = [words(name) for name in names]
+    axes.set_xticks(range(k), spelt, rotation=90, fontsize=6.5)
+    axes.set_yticks(range(k), spelt if named else [], fontsize=6.5)
     axes.tick_params(length=0)
     axes.set_title(title, loc="left", fontsize=9)
     for side_name in ("top", "right", "left", "bottom"):

@@ -12,19 +12,33 @@ from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import residual_within_blocks
-from footcal_cli.plots.style import AFTER, BAD, BEFORE, REFERENCE, new_figure, tidy
+from footcal_cli.plots.style import AFTER, BAD, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
+from footcal_cli.plots.words import words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LADDER_CAPTION = (
-    "Error on held-out blocks: of the calibration alone, with the identified effects, with any "
-    "function of the recorded signals (the most that any cause could explain), and with a separate "
-    "calibration for every block (repeatability). Several effects: the gain of each when added "
-    "first, when added last, and on average over all orders (dot); only the dots add up."
-)
-_CEILING, _FLOOR = "#009E73", "#7A5C00"
+_CEILING, _FLOOR = CELL_COLOURS[2], CELL_COLOURS[6]
+
+
+def caption(*, several: bool) -> str:
+    """How to read the figure."""
+    parts = (
+        " Right: what each effect gains when it is added first, when it is added last, and on "
+        "average over all orders (dot); only the dots add up."
+    )
+    return (
+        "Of the calibration alone, with the identified effects, with any function of the recorded "
+        "signals (the most that any cause could explain), and with a separate calibration for "
+        "every block (repeatability)." + (parts if several else "")
+    )
+
+
+def in_words(found: Investigation) -> str:
+    """The error of each model, in the order of the figure."""
+    listed = "; ".join(f"{name} {value:.3g}" for name, value, _ in _steps(found))
+    return f"RMS error in units of the noise: {listed}.".replace("\n", " ")
 
 
 def plot_ladder(found: Investigation) -> Figure:
@@ -46,7 +60,7 @@ def _steps(found: Investigation) -> list[tuple[str, float, str]]:
     start, end = (output_losses(model, noise).sum() for model in (found.problem, alone))
     steps = [("without any effect", _rms(start, found.problem), BEFORE)]
     if found.found:
-        names = " + ".join(f.cause.signature.effect.replace("_", " ") for f in found.found)
+        names = " + ".join(words(f.cause.signature.effect) for f in found.found)
         steps.append((f"with {names}", _rms(end, found.problem), AFTER))
     explained = float(last.flexible_gain.sum()) / max(float(last.loss.sum()), 1e-300)
     ceiling = _rms(end * (1.0 - np.clip(explained, 0.0, 1.0)), found.problem)
@@ -79,7 +93,7 @@ def _draw_parts(axes: Axes, parts: Sequence[Attribution]) -> None:
     )
     axes.axvline(0, color=REFERENCE, linewidth=0.8)
     tidy(axes, "Error that each effect explains", "share of the squared error (%)", "")
-    axes.set_yticks(places, [p.effect.replace("_", " ") for p in parts])
+    axes.set_yticks(places, [words(p.effect) for p in parts])
     axes.grid(visible=False, axis="y")
     axes.legend(
         fontsize=7.5, frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.2)

@@ -10,13 +10,14 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.material import left_over
 from footcal_cli.plots.diagnosis.residuals import binned, driver_of, main_output
 from footcal_cli.plots.style import AFTER, REFERENCE, new_figure, tidy
+from footcal_cli.plots.words import signal_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINE_UP_CAPTION = (
     "Nineteen panels show residuals with random signs, one shows the data. Picking the right one "
-    "at sight is evidence at p = 1/20. The answer is printed upside down below the panels."
+    "at sight is evidence at p = 1/20."
 )
 
 
@@ -53,7 +54,6 @@ def plot_line_up(found: Investigation, seed: int) -> Figure:
         tidy(axes, f"{i + 1}")
         axes.tick_params(labelsize=6)
     grid.ravel()[0].set_ylim(-1.1 * spread - 1e-12, 1.1 * spread + 1e-12)
-    figure.supxlabel(name, fontsize=9)
+    figure.supxlabel(signal_label(name), fontsize=9)
     figure.supylabel("mean residual (noise sd)", fontsize=9)
-    figure.text(0.99, 0.005, f"panel {place + 1}", rotation=180, fontsize=7, ha="right")
     return figure

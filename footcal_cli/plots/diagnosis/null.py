@@ -7,15 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.plots.style import BAD, REFERENCE, legend_below, new_figure, tidy
+from footcal_cli.plots.style import BAD, BEFORE, REFERENCE, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-NULL_CAPTION = (
-    "Grey: the largest statistic of the whole table when whole blocks change sign at random; "
-    "orange: that of the data."
-)
+
+def caption(found: Investigation) -> str:
+    """How to read the figure, and why an effect beyond chance need not be a cause."""
+    beyond = (
+        " An effect beyond chance is a cause only if its size is possible and it predicts blocks "
+        "that were left out."
+    )
+    return (
+        "Grey: the largest statistic of the whole table when whole blocks change sign at random; "
+        "orange: that of the data." + ("" if found.found else beyond)
+    )
 
 
 def in_words(found: Investigation) -> str:
@@ -34,7 +41,7 @@ def plot_null(found: Investigation) -> Figure:
     axes = figure.add_subplot()
     null = evidence.null_max
     if null.size:
-        axes.hist(null, bins=40, color="#c9ced6")
+        axes.hist(null, bins=40, color=BEFORE)
         axes.axvline(null[0], color=BAD, linewidth=2, label="the data")
         axes.axvline(
             np.quantile(null, 0.99), color=REFERENCE, linewidth=1, linestyle=":",

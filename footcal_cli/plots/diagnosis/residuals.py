@@ -22,13 +22,14 @@ from footcal_cli.plots.style import (
     new_figure,
     tidy,
 )
-from footcal_cli.plots.words import output_words, words
+from footcal_cli.plots.words import output_words, signal_label, signal_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_POINTS = 3000
 _BINS = 12
+_FEWEST_ROWS = 5
 _NEARLY = 0.6  # of the clearest signal's dependence: the first recorded one will do
 
 
@@ -79,17 +80,20 @@ def driver_of(found: Investigation) -> tuple[str, FloatArray]:
 
 
 def main_output(found: Investigation) -> int:
-    """The output that the verdict states; without one, that which depends most on the driver."""
+    """The output whose residual the named effect lowers most; without one, see the driver.
+
+    Held-out errors choose the output that the verdict states; what is drawn is the residual.
+    """
     problem = found.problem
-    stated = max(found.gains, key=lambda gain: gain.change.low, default=None)
-    if stated is not None and stated.output in problem.outputs:
-        return problem.outputs.index(stated.output)
+    if found.found:
+        falls = [_rms(found.final, o) / (_rms(problem, o) or np.inf) for o in _drawable(problem)]
+        return _drawable(problem)[int(np.argmin(falls))] if falls else 0
     _, driver = driver_of(found)
     left = left_over(problem)
     score = []
     for o in range(len(problem.outputs)):
         rows = problem.output == o
-        if rows.sum() < 5:
+        if rows.sum() < _FEWEST_ROWS:
             score.append(0.0)
             continue
         _, mean, _ = binned(driver[rows], left[rows], problem.block[rows])
@@ -97,24 +101,33 @@ def main_output(found: Investigation) -> int:
     return int(np.argmax(score))
 
 
-DRIVER_CAPTION = (
-    "Residual against the signal that predicts it best, before and after the identified effect is "
-    "modelled. Points: rows; line: their mean with its 95 % band over blocks. It should be flat."
-)
+def caption(*, named: bool) -> str:
+    """How to read the figure."""
+    stages = "Residual against the signal that predicts it best, without and with the identified "
+    how = "Points: rows; line: their mean with its 95 % band over blocks. It should be flat."
+    return f"{stages}effect in the model. {how}" if named else how
+
+
+def _drawable(problem: Problem) -> list[int]:
+    """Outputs with enough rows for a figure."""
+    counts = np.bincount(problem.output, minlength=len(problem.outputs))
+    return [int(o) for o in np.flatnonzero(counts >= _FEWEST_ROWS)]
+
+
+def _rms(problem: Problem, output: int) -> float:
+    """RMS residual of an output, in its unit."""
+    left = (left_over(problem) * problem.noise)[problem.output == output]
+    return float(np.sqrt(np.mean(left**2))) if left.size else 0.0
 
 
 def in_words(found: Investigation) -> str:
     """RMS residual of the output that is drawn, before and after."""
     output, (name, _) = main_output(found), driver_of(found)
     stages = {"before": found.problem, **({"after": found.final} if found.found else {})}
-    rms = {}
-    for stage, problem in stages.items():
-        rows = problem.output == output
-        left = (left_over(problem) * problem.noise)[rows]
-        rms[stage] = float(np.sqrt(np.mean(left**2))) if left.size else 0.0
     unit, of = found.problem.units[output], output_words(found.problem.outputs[output])
-    listed = ", ".join(f"{value:.3g} {unit} {stage}" for stage, value in rms.items())
-    return f"RMS residual of the {of} against {words(name)}: {listed}."
+    rms = [f"{_rms(problem, output):.3g} {unit} {stage}" for stage, problem in stages.items()]
+    listed = ", ".join(rms) if found.found else rms[0].removesuffix(" before")
+    return f"RMS residual of the {of} against {signal_words(name)}: {listed}."
 
 
 def plot_driver(found: Investigation) -> Figure:
@@ -146,9 +159,9 @@ def plot_driver(found: Investigation) -> Figure:
             xs, ys, _ = binned(x, fitted, problem.block[rows])
             axes.plot(xs, ys, "--", color=BAD, linewidth=1.8, label="fitted effect")
         axes.axhline(0, color=REFERENCE, linewidth=0.8)
-        title = "Before: should be flat" if stage == "before" else "After: should be flat"
+        title = f"{stage.capitalize()}: should be flat" if found.found else "Should be flat"
         of = output_words(problem.outputs[output])
-        tidy(axes, title, words(name), f"residual of the {of} ({unit})" if i == 0 else "")
+        tidy(axes, title, signal_label(name), f"residual of the {of} ({unit})" if i == 0 else "")
         spread = float(np.quantile(np.abs(left), 0.99)) if left.size else 0.0
         if i == 0:
             axes.set_ylim(-1.3 * (spread or 1.0), 1.3 * (spread or 1.0))

@@ -38,8 +38,8 @@ LADDER_AGAIN = (
 
 def stopped(found: Investigation, stop: Sequence[Finding]) -> Answer:
     """Bad data: say so, and what can be said all the same."""
-    said = re.split(r":| \(", stop[0].sentence)[0]
-    sentence = f"Stopped: {said}; diagnosing would be meaningless."
+    what = re.split(r":| \(", stop[0].sentence)[0]
+    sentence = f"Not diagnosed, because readings are wrong: {stop[0].where}, {what}."
     actions = [f"First {stop[0].remedy}."] if stop[0].remedy else []
     details: list[str] = []
     rivals: tuple[tuple[str, ...], ...] = ()

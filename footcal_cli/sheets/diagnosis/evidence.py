@@ -23,13 +23,13 @@ from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, with_interval
 _MOST_ROWS = 20
 _HOW_TO_READ = (
     "Present: beyond the size that matters. Absent: the whole interval lies within sizes that do "
-    "not matter. Undecided: the interval straddles it, the effect fails a test, or no such size "
-    "exists and another effect resembles it. By chance: probability that random signs of whole "
-    "blocks make any effect of the table look this strong. Gain: share of the squared error of all "
-    "outputs together that goes on blocks the effect was not fitted to, and in how many blocks; "
-    "the sentence at the top is about one output and its RMS error. Matters from: the size whose "
-    "visible part changes an output by the tolerance. Found from: the size this data would have "
-    "shown 4 times in 5. Visible: share that the calibration cannot absorb."
+    "not matter. Undecided: the interval straddles it, the effect fails a test, or such a size is "
+    "not possible and another effect resembles it. Matters from: the size whose visible part "
+    "changes an output by the tolerance. Found from: the size these data would have shown 4 times "
+    "in 5. Gain: share of the squared error of all outputs together that goes on blocks the effect "
+    "was not fitted to, and in how many blocks; the sentence at the top is about one output and "
+    "its RMS error. By chance: probability that random signs of whole blocks make any effect of "
+    "the table look this strong. Visible: share that the calibration cannot absorb."
 )
 
 
@@ -40,14 +40,14 @@ def evidence_sheet(found: Investigation) -> Sheet:
         for row in table_rows(found)
         if row.status is not EffectStatus.NOT_TESTABLE
     ]
+    nothing = found.verdict is Verdict.NONE
     return Sheet(
         "Evidence: every effect tested",
-        ("effect", "where", "size [95 %]", "by chance", "gain, all outputs",
-         "blocks better, all outputs", "matters from",
-         "found from", "visible", "verdict"),
+        ("effect", "where", "verdict", "size [95 %]", "matters from", "found from", "gain",
+         "blocks better", "by chance", "visible"),
         rows,
         note=_HOW_TO_READ,
-        brief=("effect", "where", "size [95 %]", "gain, all outputs", "verdict"),
+        brief=("effect", "where", "size [95 %]", "found from" if nothing else "gain", "verdict"),
         folded_after=_MOST_ROWS if len(rows) > _MOST_ROWS else 0,
     )  # fmt: skip
 
@@ -109,18 +109,18 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
         others = row.reason.removeprefix(AS_GOOD).split(", ")
         verdict += f": as good as {', '.join(map(words, others))}"
     elif row.status is EffectStatus.UNDECIDED and not possible(row):
-        verdict += ": no such size"
+        verdict += ": size not possible"
     return (
         words(row.signature.effect),
         row.signature.where,
+        verdict,
         with_interval(scaled(row.size, factor), unit) if np.isfinite(row.size.low) else "–",
-        number(row.p, 2),
-        f"{100 * row.gain:+.1f} %".replace("-", "−"),
-        f"{row.blocks_better} of {blocks}",
         _size(factor * row.smallest, unit),
         _size(factor * row.detectable, unit),
+        f"{100 * row.gain:+z.1f} %".replace("-", "−"),
+        f"{row.blocks_better} of {blocks}",
+        number(row.p, 2),
         f"{100 * row.visible:.0f} %",
-        verdict,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import Menu
 from footcal_cli.core.diagnosis.movement import Movement
@@ -29,12 +30,15 @@ def pictures_of(
     seed: int,
 ) -> tuple[Picture, ...]:
     """All figures of one investigation."""
+    named = bool(found.found)
     drawn = [
         Picture(
             "residual_against_driver",
             lambda: residuals.plot_driver(found),
-            residuals.DRIVER_CAPTION,
-            title="Residual before and after the identified effect",
+            residuals.caption(named=named),
+            title="Residual before and after the identified effect"
+            if named
+            else "Residual against the signal that predicts it best",
             result=lambda: residuals.in_words(found),
         ),
         Picture(
@@ -42,21 +46,21 @@ def pictures_of(
             lambda: line_up.plot_line_up(found, seed),
             line_up.LINE_UP_CAPTION,
             title="The data among nineteen random panels",
-            result=lambda: f"The data stand in panel {line_up.place_of_data(seed)}.",
+            result=lambda: f"The data are in panel {line_up.place_of_data(seed)}.",
         ),
         Picture(
             "gain_per_block",
             lambda: gains.plot_gains(found),
-            gains.GAINS_CAPTION,
-            title="Error of each held-out block before and after",
+            "Each block was left out of the fit that predicts it.",
+            title="Error of each held-out block" + (" before and after" if named else ""),
             result=lambda: gains.in_words(found),
         ),
         Picture(
             "ladder",
             lambda: ladder.plot_ladder(found),
-            ladder.LADDER_CAPTION,
+            ladder.caption(several=len(found.found) > 1),
             title="Held-out error of each model",
-            result=lambda: gains.in_words(found),
+            result=lambda: ladder.in_words(found),
         ),
         Picture(
             "isolability",
@@ -80,7 +84,7 @@ def pictures_of(
         Picture(
             "null_gallery",
             lambda: null.plot_null(found),
-            null.NULL_CAPTION,
+            null.caption(found),
             title="Largest statistic of the data and by chance",
             result=lambda: null.in_words(found),
         )
@@ -95,4 +99,5 @@ def pictures_of(
             result=lambda: jump.in_words(found),
         )
         drawn[:2] = [once]
-    return tuple(drawn)
+    # what is fitted to wrong readings shows nothing; the largest error does
+    return tuple(drawn[:1] if found.verdict is Verdict.BAD_DATA else drawn)

@@ -15,6 +15,7 @@ from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
+from footcal_cli.report import Sheet
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.answer import answer_of
 from footcal_cli.sheets.diagnosis.contract import Answer
@@ -91,22 +92,34 @@ def outcome_of(
         title=f"{asked.title}: {read.case.experiment.name}",
         verdict=answer.verdict,
         pictures=pictures_of(found, table, moved, answer.menu, seed),
-        lead_sheets=(
-            evidence_sheet(found),
-            *card_sheets(found, answer.menu),
-            *menu_sheets(answer.menu),
-        ),
-        sheets=(
-            *gain_sheets(found),
-            *movement_sheets(moved),
-            untested_sheet(found, read.untested),
-        ),
+        lead_sheets=_leading(found, answer),
+        sheets=_details(read, found, moved),
         findings=tuple(read.findings),
         footer=(
             f"To reproduce: {asked.reproduce}", asked.rules.sentence(), method_note(found, seed)
         ),
-        rmse=rmse_of(found),
+        rmse=None if found.verdict is Verdict.BAD_DATA else rmse_of(found),
         records={"diagnosis.json": record.model_copy(update=followed)},
+    )  # fmt: skip
+
+
+def _leading(found: Investigation, answer: Answer) -> tuple[Sheet, ...]:
+    """Tables that hold the answer; sizes fitted to wrong readings are none."""
+    if found.verdict is Verdict.BAD_DATA:
+        return ()
+    return (
+        evidence_sheet(found), *card_sheets(found, answer.menu), *menu_sheets(answer.menu)
+    )  # fmt: skip
+
+
+def _details(
+    read: CaseRead, found: Investigation, moved: tuple[Movement, ...]
+) -> tuple[Sheet, ...]:
+    """Tables that support it."""
+    if found.verdict is Verdict.BAD_DATA:
+        return ()
+    return (
+        *gain_sheets(found), *movement_sheets(moved), untested_sheet(found, read.untested)
     )  # fmt: skip
 
 

@@ -6,29 +6,28 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
+from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.report import number, plural
+from footcal_cli.sheets.diagnosis.refused import refused_lines
 from footcal_cli.sheets.diagnosis.rivals import against_rivals, next_best
 from footcal_cli.sheets.diagnosis.unknown import depends_on
 from footcal_cli.sheets.diagnosis.words import (
     cannot_lines,
     cause_words,
     causes_words,
-    could_not,
     gain_words,
+    handy,
+    handy_unit,
     matters,
     place_words,
     remedy_of,
     shape_words,
     size_words,
     together,
-    with_interval,
 )
-
-_MOST_LISTED = 12
 
 
 def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
@@ -41,19 +40,13 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
             f"Nearest in the table: {nearest}. It is not reported: it does not predict blocks "
             "that were left out of the fit, or is not chosen without them."
         )
-    shown = [_at_least(r) for r in found.rounds[0].effects if _would_show(r)]
-    if shown:
-        more = len(shown) - _MOST_LISTED
-        rest = f" and {more} more (column 'found from' below)" if more > 0 else ""
-        details.append(
-            f"This data would have shown (4 times in 5): {', '.join(shown[:_MOST_LISTED])}{rest}."
-        )
-    missing = could_not(found, untested)
-    if missing:
-        details.append(f"It could NOT have shown: {missing}.")
-    details += [f"Set aside: {text}." for text in found.rounds[0].search.refused]
+    details += refused_lines(found.rounds[0].search.refused)
     details += _scope_lines(found)
-    details.append("Not found does not mean absent; the table lists what was looked for.")
+    details.append(
+        "Not found does not mean absent: the column 'found from' says how large each effect must "
+        "be for these data to show it (4 times in 5)."
+    )
+    details += cannot_lines(found, untested)
     if not any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects):
         return "Nothing was found because nothing could be looked for.", details
     if small is not None:
@@ -81,11 +74,12 @@ def _surest(found: Investigation) -> str | None:
     if not rows:
         return None
     row = min(rows, key=lambda row: row.p)
-    unit = "" if row.signature.unit in ("", "-") else f" {row.signature.unit}"
+    factor, unit = handy_unit(row.size.value, row.signature.unit)
+    needed = f"{number(factor * row.smallest, 2)} {unit}".rstrip()
     return (
         f"Surest of the table, and too small to matter: {words(row.signature.effect)} in "
-        f"{row.signature.where}, {with_interval(row.size, row.signature.unit)} (from "
-        f"{number(row.smallest, 2)}{unit} on it would matter; p = {number(row.p, 2)})."
+        f"{row.signature.where}, {handy(row.size, row.signature.unit)} (from "
+        f"{needed} on it would matter; p = {number(row.p, 2)})."
     )
 
 
@@ -101,15 +95,6 @@ def _repeats(found: Investigation) -> str | None:
     if last.before.p >= last.rules.alpha_unknown or not parts:
         return None
     return f"Without a name, but the same from block to block (RMS): {together(parts)}."
-
-
-def _would_show(row: EffectRow) -> bool:
-    return row.status is not EffectStatus.NOT_TESTABLE and bool(np.isfinite(row.detectable))
-
-
-def _at_least(row: EffectRow) -> str:
-    size = f"{number(row.detectable, 2)} {row.signature.unit}".rstrip(" -")
-    return f"{words(row.signature.effect)} from {size}"
 
 
 def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:

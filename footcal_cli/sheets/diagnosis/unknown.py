@@ -15,6 +15,7 @@ from footcal_cli.core.inference.lines import Line
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.experiment import sharpening
+from footcal_cli.sheets.diagnosis.refused import refused_lines
 from footcal_cli.sheets.diagnosis.words import cannot_lines, cause_words, place_words, together
 
 _CERTAIN = 0.01  # a test's p from which it is said in the first sentence
@@ -30,11 +31,7 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
     if found.nearest:
         nearest = "; ".join(f"{cause_words(item)}{_or_rivals(item)}" for item in found.nearest)
         details.append(f"Nearest: {nearest}, but the residual is still too large.")
-    details += [
-        f"Considered and refused: {text.replace(' -,', ',')}."
-        for r in found.rounds
-        for text in r.search.refused
-    ]
+    details += refused_lines([item for r in found.rounds for item in r.search.refused])
     return sentence, [*details, *cannot_lines(found, untested)]
 
 
@@ -49,18 +46,24 @@ def depends_on(found: Investigation) -> str:
     detection = nameless(found)[1].before
     if _is_a_line(detection):
         return f"is a line at {line_words(detection.line)}"
-    if detection.between_p < _CERTAIN:
-        return f"moves with {detection.driver} from block to block"
-    if detection.spell_p < _CERTAIN:
-        return "comes in spells, at no set time"
+    # what repeats over blocks with a signal is said before what differs between blocks
+    if _signals_p(detection) >= _CERTAIN:
+        if detection.between_p < _CERTAIN:
+            return f"moves with {detection.driver} from block to block"
+        if detection.spell_p < _CERTAIN:
+            return "comes in spells, at no set time"
     left = leftover_of(found)
     return f"{left.direction} {left.driver}" if left.driver else "follows no recorded signal"
 
 
 def _is_a_line(detection: Detection) -> bool:
     """Whether a line is more certain than any dependence on the signals."""
-    signals_p = min(detection.bump_p, detection.flexible_p, detection.curve.p)
-    return detection.line_p < _CERTAIN and detection.line_p <= signals_p
+    return detection.line_p < _CERTAIN and detection.line_p <= _signals_p(detection)
+
+
+def _signals_p(detection: Detection) -> float:
+    """How surely the residual depends on a recorded signal."""
+    return min(detection.bump_p, detection.flexible_p, detection.curve.p)
 
 
 def _where(found: Investigation) -> str:
@@ -69,7 +72,8 @@ def _where(found: Investigation) -> str:
     if _is_a_line(detection):
         return ""
     where = f", in the {output_words(left.output)}{_cells(left)}"
-    if min(detection.between_p, detection.spell_p) < _CERTAIN or not left.blocks:
+    apart = min(detection.between_p, detection.spell_p) < _CERTAIN <= _signals_p(detection)
+    if apart or not left.blocks:
         return where
     return f"{where}, in {left.blocks} of {found.problem.blocks} blocks"
 

@@ -67,7 +67,7 @@ def with_interval(interval: Interval, unit: str) -> str:
     return f"{shown[0]}{unit} [{shown[1]}, {shown[2]}]"
 
 
-def _handy(interval: Interval, unit: str) -> str:
+def handy(interval: Interval, unit: str) -> str:
     """With the interval, in the unit of the evidence table."""
     factor, unit = handy_unit(interval.value, unit)
     return with_interval(scaled(interval, factor), unit)
@@ -78,7 +78,7 @@ def size_words(item: Found) -> str:
     signature = item.cause.signature
     whose = f"surest in {item.owner}: " if len(signature.owners) > 1 else ""
     if stated_as := item.effect.stated_as:
-        return f"{whose}{stated_as} {_handy(item.cause.size, signature.unit)}"
+        return f"{whose}{stated_as} {handy(item.cause.size, signature.unit)}"
     shapes = {name for name, _ in signature.shape}
     units = {p.name: p.unit for p in item.effect.parameters}
     said: list[str] = []
@@ -89,7 +89,7 @@ def size_words(item: Found) -> str:
             called = _size_name(parameter, signature.effect)
             # the size of an effect holds in every form that the data leave open
             own = item.cause.size if parameter == signature.parameter else interval
-            said.append(f"{called}{_handy(own, units[parameter])}")
+            said.append(f"{called}{handy(own, units[parameter])}")
     return f"{whose}{', '.join(said)}" if said else ""
 
 
@@ -106,7 +106,7 @@ def shape_words(item: Found) -> str:
     units = {p.name: p.unit for p in effect.parameters}
     parts = [
         f"{_size_name(name.rsplit('.', 1)[1], effect.name)}"
-        f"{_handy(interval, units.get(name.rsplit('.', 1)[1], ''))}"
+        f"{handy(interval, units.get(name.rsplit('.', 1)[1], ''))}"
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
         if name.rsplit(".", 1)[1] in shapes
     ]
@@ -180,12 +180,6 @@ def not_testable(found: Investigation, untested: Mapping[str, str]) -> dict[str,
     for name, reason in untested.items():
         reasons.setdefault(_plain(reason), []).append(words(name))
     return reasons
-
-
-def could_not(found: Investigation, untested: Mapping[str, str]) -> str:
-    """Every effect that these data cannot test, those with one reason together."""
-    reasons = not_testable(found, untested)
-    return "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
 
 
 def cannot_lines(found: Investigation, untested: Mapping[str, str]) -> list[str]:

@@ -1,0 +1,32 @@
+"""Effects beyond chance that are no cause: one sentence per reason, units of the table."""
+
+from __future__ import annotations
+
+from footcal_cli.core.diagnosis.refusal import Refusal, Why
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.sheets.diagnosis.refused import refused_lines
+
+
+def flip(where: str, size: float) -> Refusal:
+    return Refusal(Signature("sign_flip", "sign_flip", where, "-"), Why.IMPOSSIBLE, size)
+
+
+def test_places_of_one_effect_share_a_sentence_in_per_cent() -> None:
+    lines = refused_lines([flip("left_fl", 0.0209), flip("left_fl", 0.0209), flip("rr", -0.0155)])
+    assert lines == ["Sign flip in left_fl (2.1 %) and rr (−1.6 %): no such size is possible."]
+
+
+def test_a_cause_that_predicts_too_little_says_how_little_and_what_is_needed() -> None:
+    slope = Signature("floor_slope", "floor_roll", "robot", "rad")
+    lines = refused_lines([Refusal(slope, Why.LITTLE, 0.001, share=0.003, limit=0.01)])
+    assert len(lines) == 1
+    assert lines[0].startswith("Floor slope (0.3 % of the squared error, 1.0 % are needed): ")
+
+
+def test_every_reason_has_its_own_sentence() -> None:
+    tilt = Signature("imu_tilt", "imu_roll", "robot", "rad")
+    tried = [Refusal(tilt, why, 0.01, 0.1, 0.05, 0.2) for why in Why]
+    lines = refused_lines(tried)
+    assert len(set(lines)) == len(Why)
+    assert all(line.startswith("IMU tilt") and line.endswith(".") for line in lines)
+    assert not any(" rad" in line or "_" in line for line in lines)
