@@ -197,7 +197,8 @@ def found_alone(read: CaseRead, found: Investigation) -> list[ChannelStudy]:
     case = read.case
     alone = all(len(log.channels) == 1 for log in case.logs)
     rows_of_cells = case.experiment.name == "weights" and alone and not case.one_recording
-    if found.verdict is not Verdict.NONE or not rows_of_cells or len(case.chain.links) > 1:
+    nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN, Verdict.UNDERPOWERED)
+    if not nameless or not rows_of_cells or len(case.chain.links) > 1:
         return []
     # of weights only what needs stamps is untested
     records = (
