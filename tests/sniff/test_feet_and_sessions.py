@@ -11,6 +11,7 @@ from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.recipe_text import next_step
 from footcal_cli.sniff.several import parts_of
 
 LADDER = [0, 10, 20, 40, 60, 80, 60, 40, 20, 10] * 7
@@ -113,3 +114,16 @@ def test_a_cell_that_stands_still_among_others_is_read_and_said(tmp_path: Path) 
     assert plan is not None
     assert len(plan.channels) == 8
     assert any("right_fr_counts: never changes" in said for said in plan.warnings)
+
+
+def test_weights_come_before_the_stand_that_needs_them(tmp_path: Path) -> None:
+    """Whatever the order on the command line: the stand starts from the scales of the weights."""
+    rng = np.random.default_rng(5)
+    stand = guess(tmp_path / "a_cells.csv", "time_s,c1,c2,c3,c4", np.arange(80) / 40,
+                  *rng.integers(0, 10**6, (4, 80)))  # fmt: skip
+    names = np.repeat(["c1", "c2", "c3", "c4"], 10)
+    weights = guess(tmp_path / "weights.csv", "channel,load_n,counts", names, LADDER[:10] * 4,
+                    [1000 * load + 5 for load in LADDER[:10] * 4])  # fmt: skip
+    parts, _ = parts_of([stand, weights])
+    said = next_step(parts, "--recipe r.toml")
+    assert said.startswith("footcal offline-fit --recipe r.toml; after it static-init")

@@ -22,7 +22,7 @@ def scale_of(one: Cell, name: str = "") -> Truth:
 
 
 def two_days_of_one_cell(to: Path, rng: Rng) -> Made:
-    """66 rows, each a weight; on the second day the stamps begin again and the zero is 0.5 N off."""
+    """66 rows, each a weight; on the second day stamps begin again and the zero is 0.5 N off."""
     one = cell(rng, "hx_small")
     kg = np.tile(LADDER_KG, 2)
     day = np.repeat([1, 2], LADDER_KG.size)

@@ -82,7 +82,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
 def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
     """One log per channel of long tables, and whether rows have time stamps."""
     channel = np.concatenate([t.text("channel") for t in tables])
-    block = sessions_of(tables)
+    block = sessions_of(tables, pauses=True)
     columns = {
         name: np.concatenate([t.optional(name) for t in tables])
         for name in ("load_n", "counts", "time_s", "temperature_degc")
