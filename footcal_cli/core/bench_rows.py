@@ -1,4 +1,4 @@
-"""Rows of a bench log that contradict each other: stuck, or taken after a tare."""
+"""Rows of a bench log: stuck, taken after a tare, or after a pause of hours."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 
 STUCK_SHARE = 0.1
@@ -21,6 +21,8 @@ _OF_THE_RANGE = 0.25
 """How far a level lies from the lightest, of the farthest; how much that may scatter, of this."""
 _EMPTY = 0.1
 """So many readings under a load that are of the unloaded cell are no glitches."""
+_PAUSE_S, _PAUSE_STEPS = 3600.0, 50.0
+"""A pause between sessions, at least, and in usual steps from row to row."""
 
 
 def check_stuck_reading(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:
@@ -173,3 +175,16 @@ def check_held(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Fin
             "log and say loads = \"0, …\" in [offline_fit.plateaus]",
         )
     ]  # fmt: skip
+
+
+def pieces_by_pauses(time_s: FloatArray) -> IntArray:
+    """Number of the piece between long pauses in which each stamp (n,) lies.
+
+    A cell that was left for hours is loaded anew: what its zero did meanwhile is no drift.
+    """
+    known = np.sort(time_s[np.isfinite(time_s)])
+    steps = np.diff(known)
+    if known.size < time_s.size or not np.any(steps > 0):
+        return np.zeros(time_s.size, dtype=np.int64)
+    long = steps > max(_PAUSE_S, _PAUSE_STEPS * float(np.median(steps[steps > 0])))
+    return np.searchsorted(known[1:][long], time_s, side="right").astype(np.int64)

@@ -185,46 +185,6 @@ def check_load_unit(
 
 UNIT_RATIOS = {"kg": 9.80665, "lbf": 4.4482216, "g": 9.80665e-3, "kN": 1e3}
 """Newtons in one of the unit that a load may have been noted in."""
-SAME_RATIO = 0.04
-UNITS_MISTAKEN = (
-    ("kg", "N"), ("lbf", "N"), ("g", "N"), ("kN", "N"), ("lbf", "kg"), ("g", "kg"), ("N", "kg"),
-    ("kg", "lbf"), ("N", "lbf"), ("g", "lbf"), ("kg", "g"), ("lbf", "g"), ("N", "g"),
-)  # fmt: skip
-"""Unit in which some loads were noted, unit of the others; of pairs of one ratio the first is
-named."""
-
-
-@listed
-def check_units_of_sessions(
-    channel: str, load_n: FloatArray, counts: FloatArray, session: FloatArray
-) -> Iterator[Finding]:
-    """Find sessions whose loads were noted in another unit: a slope off by a known ratio.
-
-    A unit is off by 9.8 or 2.2, never by a per mille: what is not near a ratio is no unit.
-
-    Parameters
-    ----------
-    load_n, counts, session
-        Of one channel, shape (n,) each.
-    """
-    slopes = {}
-    for number in np.unique(session):
-        mine = (session == number) & np.isfinite(load_n) & np.isfinite(counts)
-        if mine.sum() > 2 and np.ptp(load_n[mine]) > 0:
-            slopes[number] = float(np.polyfit(load_n[mine], counts[mine], 1)[0])
-    typical = float(np.median(list(slopes.values()))) if len(slopes) > 2 else 0.0
-    newtons = {**UNIT_RATIOS, "N": 1.0}
-    for number, slope in slopes.items():
-        ratio = slope / typical if typical else 1.0
-        near = [abs(ratio * newtons[b] / newtons[a] - 1.0) < SAME_RATIO for a, b in UNITS_MISTAKEN]
-        if any(near):
-            unit, other = UNITS_MISTAKEN[near.index(True)]
-            yield Finding(
-                "another_unit", "alarm", channel,
-                f"session {int(number) + 1} of {channel} reads {ratio:.3g} x as much per load as "
-                f"the others: its loads look noted in {unit}, the others' in {other}",
-                "correct the unit of that session's loads",
-            )  # fmt: skip
 
 
 @listed

@@ -16,6 +16,7 @@ from footcal_cli.core.bench.placement_rows import PlacementRows, condense_points
 from footcal_cli.core.bench.plateaus import PlateauOptions
 from footcal_cli.core.bench.record import BenchRecord, record_of
 from footcal_cli.core.bench.study import ChannelStudy, study_rows, study_samples
+from footcal_cli.core.bench_rows import pieces_by_pauses
 from footcal_cli.core.experiments.weights import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -95,7 +96,7 @@ def records_of_rows(tables: Sequence[Table], bits: int) -> list[BenchRecord]:
     readings count as none, as long as two loads remain.
     """
     channel = np.concatenate([table.text("channel") for table in tables])
-    session = sessions_of(tables)
+    session = sessions_of(tables, pauses=True)
     columns = {
         name: np.concatenate([table.optional(name) for table in tables])
         for name in ("load_n", "counts", "time_s", "temperature_degc", "direction")
@@ -169,15 +170,15 @@ def _continued(tables: Sequence[Table], session: IntArray) -> IntArray:
     return joined
 
 
-def sessions_of(tables: Sequence[Table]) -> IntArray:
+def sessions_of(tables: Sequence[Table], *, pauses: bool = False) -> IntArray:
     """Number of the session of every row: file by file, and within a file by its session column.
 
-    A log without one has repeats at most; each repeat of a ladder of weights is then a session.
+    A log without one has repeats at most: each ladder is then a session. Else `pauses` of hours do.
     """
     numbers, first = [], 0
     for table in tables:
         name = "session" if "session" in table else "repeat" if "repeat" in table else None
-        index = np.zeros(len(table), dtype=np.int64)
+        index = pieces_by_pauses(table.optional("time_s")) * int(pauses)
         if name is not None:
             labels: Any = table.text(name)
             index = np.unique(labels.astype(str), return_inverse=True)[1].astype(np.int64)

@@ -14,7 +14,7 @@ import numpy as np
 
 from footcal_cli.core import bench_rows, body_stream, quality, readings
 from footcal_cli.core.body_positions import check_positions
-from footcal_cli.core.checks import siblings
+from footcal_cli.core.checks import siblings, units
 from footcal_cli.core.checks.impossible import check_impossible
 from footcal_cli.core.checks.intermittent import check_loose_cells, check_spells
 from footcal_cli.core.parameters import FloatArray
@@ -84,8 +84,10 @@ def weights_findings(
     session = _sessions(tables)
     for name in names:
         at = channel == name
-        found += quality.check_units_of_sessions(name, load[at], counts[at], session[at])
+        found += units.check_units_of_sessions(name, load[at], counts[at], session[at])
         found += bench_rows.check_held(load[at], counts[at], str(name))
+    which = np.array([names.index(name) for name in channel], dtype=np.float64)
+    found += units.check_units_of_channels(which, load, counts, [str(name) for name in names])
     return found + quality.check_repeats_across_channels(
         {n: counts[channel == n] for n in names}, {n: load[channel == n] for n in names}
     )

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
+
 from footcal_cli.sniff.groups import channel_names
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries, upright
-from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.names import without_side, words_of
 from footcal_cli.sniff.plan import (
     FORCES,
     IN_NEWTON,
@@ -21,11 +23,18 @@ from footcal_cli.sniff.plan import (
 )
 
 
-def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
-    """Several cells in time: feet that stand or walk."""
+def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = False) -> Plan:
+    """Several cells in time: feet that stand or walk.
+
+    Parameters
+    ----------
+    legs
+        Whether the body's stream has a foot for each of front and rear, left and right.
+    """
     cells = [_in_newton(c) for c in cells]
     found = channel_names(cells)
-    points = {"hl", "hr"} <= set(found)  # hind legs: a cell in each foot
+    # hind legs: a cell in each foot
+    points = {"hl", "hr"} <= set(found) or (legs and {"rl", "rr"} <= set(found))
     on = "plate" if _PLATES & set(words_of(f"{file.path.stem} {' '.join(found)}")) else "foot"
     named = {f"{name}_foot" if points else _on_foot(name, c, on): c for name, c in found.items()}
     time, rate, blanks = times(file, needed=True)
@@ -68,6 +77,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess]) -> Plan:
         "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
         rate_hz=rate, robot=(*upright(file, body), *tables),
         blanks=(*doubt, MASS, *positions, *plates, *blanks),
+        warnings=tuple(f"{c.column}: never changes, a dead cell" for c in cells if not _moves(c)),
     )  # fmt: skip
 
 
@@ -89,6 +99,10 @@ def said_to_be_cells(column: ColumnGuess) -> bool:
     return bool(named or column.counts or column.unit in FORCES)
 
 
+def _moves(cell: ColumnGuess) -> bool:
+    return bool(np.nanmax(numbers_of(cell)) > np.nanmin(numbers_of(cell)))
+
+
 def _in_newton(cell: ColumnGuess) -> ColumnGuess:
     """A vertical force by its name is in newtons, unless the name says otherwise."""
     named = cell.quantity == "force" and cell.name.axis == "fz" and cell.unit is None
@@ -101,7 +115,7 @@ def _on_foot(name: str, cell: ColumnGuess, on: str) -> str:
     if foot in ("left", "right") and place:
         return f"{foot}_{place.removeprefix('foot_')}"
     side = cell.name.side
-    plain = re.sub(rf"^{side[:1]}(?:{side[1:]})?_?(?:foot_)?", "", name) if side else name
+    plain = without_side(name, side).removeprefix("foot_") if side else name
     return f"{side or on}_{plain.removeprefix(f'{on}_') or 'cell'}"
 
 

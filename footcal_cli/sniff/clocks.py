@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.tables.canonical import unwrapped
 from footcal_cli.tables.units import TIMES
 
@@ -22,6 +22,10 @@ _RUN_ROWS = 20
 """Stamps of a long table go on for so many rows before they begin again."""
 _TYPED_ROWS, _HELD_S = 100, 5.0
 """Fewer rows than this, further apart than this, are readings noted one by one."""
+_ROWS_OF_A_STREAM, _OFTEN = 60, 0.5
+"""Fewer rows are no running recording; nor is what has another load in more of its rows."""
+_FEW_LOADS = 20
+_WHOLE_STEPS = "whole steps of"
 _RISING = 0.9
 """Share of the steps of stamps that go up."""
 _CLOCK_STEPS = 8
@@ -147,7 +151,7 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
         "ms" if step <= 2000 else "us" if step <= 2e6 else "ns"
     )  # fmt: skip
     return replace(
-        column, unit=unit, sure="guess", why=f"whole steps of {step:g}: taken for {unit}"
+        column, unit=unit, sure="guess", why=f"{_WHOLE_STEPS} {step:g}: taken for {unit}"
     )
 
 
@@ -155,6 +159,38 @@ def _jitters(values: FloatArray) -> bool:
     """Whether steps of whole numbers (n,) differ a little from row to row, as a clock's do."""
     steps = np.diff(values)
     return bool(steps.size >= _CLOCK_STEPS and np.unique(steps).size > 1 and even(values))
+
+
+def recorded(file: FileGuess, load: ColumnGuess) -> bool:
+    """Whether a log with stamps is a running recording, and no table of weights noted one by one.
+
+    Noted is what has another load in most of its rows, and seconds between them.
+    """
+    stamped = file.of("time")
+    if not stamped or file.rows < _ROWS_OF_A_STREAM:
+        return False
+    at = seconds_of(stamped[0])
+    if at is None or load.values is None or at.size != load.values.size:
+        return True
+    return not _noted(load) or float(np.median(np.abs(np.diff(at)))) < _HELD_S
+
+
+def _noted(load: ColumnGuess) -> bool:
+    """Whether most rows have another load than the one before: nobody records that."""
+    return load.values is not None and float(np.mean(np.diff(load.values) != 0)) > _OFTEN
+
+
+def noted_in_seconds(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Whole steps of a clock without a unit are seconds where a few weights change row by row."""
+    weights = [c for c in columns if c.quantity == "load" and c.values is not None and _noted(c)]
+    few = [c for c in weights if c.values is not None and np.unique(c.values).size <= _FEW_LOADS]
+    why = "whole steps from weight to weight: typed by hand, in s"
+    return [
+        replace(c, unit="s", why=why)
+        if few and c.quantity == "time" and c.sure == "guess" and c.why.startswith(_WHOLE_STEPS)
+        and c.unit in ("ms", "us") else c
+        for c in columns
+    ]  # fmt: skip
 
 
 def increases(values: FloatArray, strictly: bool = True) -> bool:

@@ -16,6 +16,7 @@ from footcal_cli.sniff.clocks import (
     first_in_time,
     increases,
     nearly_increases,
+    noted_in_seconds,
     one_time,
     rate_of,
     restarts,
@@ -197,8 +198,7 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = without_derived(without_supply(_one_statistic(columns)))
     found = _without_silent([_numbered(column) for column in found])
-    found = _only_numbers(one_time(first_in_time(found)))
-    found = _newtons(found)
+    found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]

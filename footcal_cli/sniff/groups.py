@@ -99,7 +99,10 @@ def readings(file: FileGuess) -> list[ColumnGuess]:
     """Columns taken for readings of cells: those called so, else those nothing else explains."""
     named = _parts([c for c in file.of("reading") if could_be_read(c)])
     plain = _parts([c for c in file.of("force") if c.name.axis in ("", "fz")])
-    unknown = [c for c in file.of("unknown") if could_be_read(c) and np.ptp(_finite(c)) > 0]
+    unknown = [c for c in file.of("unknown") if could_be_read(c) and _finite(c).size]
+    alive = Counter(_kind(c) for c in unknown if np.ptp(_finite(c)) > 0)
+    # what stands still among cells is a dead one
+    unknown = [c for c in unknown if np.ptp(_finite(c)) > 0 or alive[_kind(c)] > 1]
     if named:
         own = {_without_its_letter(c.column) for c in named}
         named += [
@@ -112,6 +115,14 @@ def readings(file: FileGuess) -> list[ColumnGuess]:
     if plain and not wrenches(file):
         return plain
     return unknown
+
+
+def _kind(column: ColumnGuess) -> tuple[object, ...] | str:
+    """What columns of one kind share that differ in their side or place; its name without one."""
+    name = column.name
+    if not (name.side or name.place):
+        return column.column
+    return bool(name.side), bool(name.place), re.sub(r"\d", "", name.owner), column.unit
 
 
 def _without_its_letter(name: str) -> tuple[str, bool]:
@@ -151,5 +162,10 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
 
 def _slug(name: str) -> str:
     plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
-    plain = re.sub(r"_(counts|n|adc|raw|data)$", "", plain) or "cell"
+    plain = without_unit(plain) or "cell"
     return f"cell_{plain}" if plain[0].isdigit() else plain
+
+
+def without_unit(name: str) -> str:
+    """A cell's name without the word for its reading: ``links_1_counts`` is ``links_1``."""
+    return re.sub(r"_(counts|n|adc|raw|data)$", "", name)

@@ -24,6 +24,10 @@ _MOMENTUM = {"ldot", "hdot", "angmom", "dl", "dh"}
 _MOMENTUM_RATE = re.compile(r"(?:d[lh]|[lh]dot)([xyz])")
 """dLx, HdotY: written in one word."""
 _FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "sole", "ankle"}
+_LEGS = {"fl", "fr", "ml", "mr", "hl", "hr", "rl", "rr"}
+_BEHIND = {"ml", "mr", "hl", "hr", "rl", "rr"}
+_AT = {"pos", "position", "p", "x", "y", "z", "yaw"}
+"""All that the name of a foot's place says besides which foot: ``left.pos.x``."""
 _ATTITUDES = ("quaternion", "angle", "matrix", "gravity")
 _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle"}
 
@@ -31,8 +35,11 @@ _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "an
 def body_entries(file: FileGuess) -> dict[str, Entry]:
     """Stamps and every column of the motion, by canonical name."""
     entries, _, _ = times(file, needed=False)
+    behind = any(c.name.place in _BEHIND for c in file.columns)
     for column in file.columns:
         name = _canonical(column)
+        if not behind:  # LF and RF of two feet are no front legs
+            name = name.replace("fl_foot", "left_foot").replace("fr_foot", "right_foot")
         if name and name not in entries:
             default = next((u for end, u in _UNITS.items() if name.endswith(end)), None)
             entries[name] = of(column, column.unit or default)
@@ -98,7 +105,7 @@ def _canonical(column: ColumnGuess) -> str:
     """Canonical name of a column of the motion; empty for any other."""
     if column.values is None:
         return ""
-    words, side = _words(column), column.name.side
+    words, side = _words(column), column.name.side or column.name.place
     last = words[-1] if words else ""
     if column.quantity in ("com", "com_acc"):
         stem, unit = {"com": ("com", "m"), "com_acc": ("com_acc", "mps2")}[column.quantity]
@@ -107,7 +114,8 @@ def _canonical(column: ColumnGuess) -> str:
         return f"angmom_rate_{rate[1]}_nm" if rate[1] != "z" else ""
     if last in ("x", "y", "z") and (_MOMENTUM & set(words) or {"momentum", "rate"} <= set(words)):
         return f"angmom_rate_{last}_nm" if last != "z" else ""
-    if not side or not _FEET & set(words):
+    named = bool(_FEET & set(words)) or {*column.name.owner.split("_")} - {""} <= _AT
+    if side not in {"left", "right", *_LEGS} or not named:
         return ""
     if column.quantity == "quaternion" and column.name.axis in ("x", "y", "z", "w"):
         return f"{side}_foot_q{column.name.axis}"

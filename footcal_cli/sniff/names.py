@@ -7,7 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from footcal_cli.sniff.units import LENGTHS, LOADS, MASSES, WEIGHTS, known_unit, split_unit
+from footcal_cli.sniff.units import (
+    LENGTHS,
+    LOADS,
+    MASSES,
+    WEIGHTS,
+    degrees,
+    known_unit,
+    split_unit,
+)
+from footcal_cli.tables.units import TIMES
 
 Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
@@ -69,15 +78,8 @@ def are_names(fields: Sequence[str]) -> bool:
 COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
 """Loads that were asked for; what was put on may be another."""
 NOMINAL = {
-    "nominal",
-    "stated",
-    "nenn",
-    "nennlast",
-    "nenngewicht",
-    "nominell",
-    "nominale",
-    *COMMANDED,
-}
+    "nominal", "stated", "nenn", "nennlast", "nenngewicht", "nominell", "nominale", *COMMANDED
+}  # fmt: skip
 """What stands on a weight, or was asked for: not what it weighs."""
 _WEIGHED = {"actual", "true", "real", "certified", "conventional", "exact", "tatsächlich", "ist"}
 """What a weight really weighs, if the unit is one of loads."""
@@ -229,10 +231,21 @@ def name_guess(name: str) -> NameGuess:
     quantity, axis, used = _quantity(stem, words, unit)
     if quantity == "unknown" and rest and rest != words:
         quantity, axis, used = _quantity(stem, rest, unit)  # fz_left
+    warm = degrees(words, unit) if quantity in ("temperature", "time", "unknown") else None
+    if warm and (quantity == "temperature" or unit or stem[0] == "T"):
+        quantity, unit = "temperature", warm
+    if quantity == "unknown" and len(stem) > 1 and (clock := known_unit(stem)) in TIMES:
+        quantity, unit = "time", clock  # sec, Sekunden
     owner = "_".join(w for w in rest if w not in used and w not in NOISE)
     if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
         owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2
     return NameGuess(quantity, axis, side, place, owner, unit, factor)
+
+
+def without_side(name: str, side: str) -> str:
+    """A name without the word or the letter that its side begins it with: ``links_2`` is 2."""
+    called = "|".join(sorted((w for w, s in _SIDES.items() if s == side), key=len, reverse=True))
+    return re.sub(rf"^(?:(?:{called})(?=_|\d|$)|{called})_?", "", name)
 
 
 def _address(words: list[str]) -> tuple[str, str, list[str]]:

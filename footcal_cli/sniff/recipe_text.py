@@ -69,8 +69,8 @@ def _asked(blank: Blank) -> str:
 
 
 def next_step(parts: Sequence[Part], command_line: str) -> str:
-    """The exact command, after what is to be filled in."""
-    plan = parts[0].plan
+    """The exact command, after what is to be filled in; weights first, whose scales others need."""
+    plan = min((part.plan for part in parts), key=lambda plan: plan.command != "offline-fit")
     command = f"footcal {plan.command} {command_line}"
     same = (part.plan for part in parts if part.plan.command == plan.command)
     wanted = dict.fromkeys(blank.why for own in same for blank in own.blanks if blank.needed)

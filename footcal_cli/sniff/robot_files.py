@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from footcal_cli.sniff.cells import cells_in_time
 from footcal_cli.sniff.file_names import Part, escaped
+from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.plan import Plan
@@ -14,6 +16,9 @@ from footcal_cli.sniff.plan import Plan
 def with_body(plan: Plan, body: FileGuess) -> list[Part]:
     """Sensors and the robot's own stream."""
     entries = body_entries(body)
+    if plan.role == "cells" and {"rl_foot_x_m", "rr_foot_x_m"} <= set(entries):
+        named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]
+        plan = cells_in_time(plan.file, [c for c in named if c is not None], legs=True)
     other = Plan(
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
         "online-replay", "body", entries, robot=upright(body, entries),
@@ -48,6 +53,7 @@ def with_one_name(
             for name, entry in part.plan.entries.items():
                 if name.endswith("_counts") and entry.column is not None:
                     cells[entry.column.column] = name.removesuffix("_counts")
+                    cells[without_unit(entry.column.column)] = name.removesuffix("_counts")
     return [replace(part, plan=_renamed(part.plan, cells)) for part in parts], list(others)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from footcal_cli.tables.units import SPELLINGS, TIMES
 
@@ -64,6 +65,7 @@ _SUFFIXES = {
     "bar": "bar", "dan": "daN", "millis": "ms", "micros": "us", "volts": "V", "mvv": "mV/V",
     "db": "dB", "dbm": "dB", "ppm": "ppm", "pct": "%", "percent": "%",
 }  # fmt: skip
+_DEGREES = {"c": "degC", "f": "degF", "k": "K"}
 _SPLIT = re.compile(r"[_\s/.\-,]+")
 _PRODUCT = re.compile(r"[_\s/.,-]+(k?N|lbf?|ozf?|kgf)[-_. *](mm|cm|m|in|ft)$")
 """A unit of torque at the end of a name: ``Tx_lbf-in``, ``Mz N.mm``."""
@@ -73,7 +75,7 @@ def known_unit(text: str) -> str | None:
     """A unit as footcal spells it, None where the text is none."""
     plain = text.strip().strip("[](){}<>").strip()
     if plain in SPELLINGS or plain in ("mV/V", "N*m", "N*mm", "m/s^2"):
-        return {"counts": "count", "lbs": "lb"}.get(plain, plain)
+        return {"counts": "count", "lbs": "lb", "sec": "s"}.get(plain, plain)
     if plain in _PRODUCTS:
         return plain
     small = plain.lower()
@@ -106,6 +108,13 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
         if unit is not None and last.lower() not in ("l", "r"):
             return name[: name.rindex(last)].rstrip("_ /.-,"), unit, 1.0
     return name, None, 1.0
+
+
+def degrees(words: Sequence[str], unit: str | None) -> str | None:
+    """Unit of a temperature, by its unit or by the letter that its name ends with: ``T_F``."""
+    if unit in ("degC", "degF", "K", "°C", "°F"):
+        return unit
+    return _DEGREES.get(words[-1]) if len(words) > 1 and unit is None else None
 
 
 def looks_like_units(fields: list[str]) -> bool:

@@ -13,6 +13,7 @@ from footcal_cli.core.bench.matrix import directions
 from footcal_cli.core.bench.split_lines import split_lines
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
+from footcal_cli.sniff.clocks import recorded
 from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 from footcal_cli.sniff.holds import short_holds
@@ -34,7 +35,6 @@ from footcal_cli.sniff.units import known_unit, split_unit
 from footcal_cli.sniff.which_cell import cell_column
 from footcal_cli.tables.units import conversion
 
-_ROWS_OF_A_STREAM = 60
 _MANY = 10
 """Different loads under which a reading of two values measures none."""
 _FOLLOWS, _IDLE = 0.9, 0.2
@@ -111,8 +111,7 @@ def weights(
         chosen = cell_column(file, load, cell, labels)
         labels = [chosen] if chosen is not None else []
         channel = of(chosen) if chosen is not None else Entry(value=one_name, why="one cell alone")
-        dense = bool(time) and file.rows >= _ROWS_OF_A_STREAM and not labels
-        if dense:
+        if recorded(file, load) and not labels:
             return _stream(file, {one_name: cell}, entries, asked)
         direction = file.of("direction")
         if direction and direction[0].values is not None:
@@ -123,7 +122,7 @@ def weights(
             "likely", "offline-fit", "weights", entries,
             tuple(labels[0].words) if labels else (one_name,), blanks=asked,
         )  # fmt: skip
-    if time and file.rows >= _ROWS_OF_A_STREAM:
+    if recorded(file, load):
         return _stream(file, named, entries, asked)
     wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
     if _one_cell(load, cells):
@@ -384,7 +383,8 @@ def _stream(
     asked: tuple[Blank, ...],
 ) -> Plan:  # fmt: skip
     """A recording of one or more cells under a load that is read too."""
-    entries = {k: v for k, v in entries.items() if k in ("time_s", "load_n", "temperature_degc")}
+    kept = ("time_s", "load_n", "temperature_degc", "session")
+    entries = {name: entry for name, entry in entries.items() if name in kept}
     entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
     load, time = (entries[name].column for name in ("load_n", "time_s"))
     options: tuple[str, ...] = ()

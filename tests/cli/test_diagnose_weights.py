@@ -161,3 +161,20 @@ def test_what_offline_fit_finds_in_one_cell_is_named(run: Run, tmp_path: Path) -
     record = diagnosed(run, pd.concat(rows), tmp_path)
     assert record.causes[0].effect.startswith("creep")
     assert record.causes[0].where == CELLS[0]
+
+
+def test_what_offline_fit_finds_is_said_where_blocks_are_too_few(run: Run, tmp_path: Path) -> None:
+    """A loop of 0.6 N in one of three cells, two ladders each: six blocks reach no level."""
+    rng = np.random.default_rng(9)
+    load = np.tile([*LADDER, *LADDER[-2::-1]], 2)
+    behind = np.zeros(load.size)
+    for i in range(1, load.size):  # friction follows within ±0.3 N
+        behind[i] = np.clip(behind[i - 1] + load[i] - load[i - 1], -0.3, 0.3)
+    rows = []
+    for cell in CELLS:
+        force = load - behind * (cell == CELLS[1]) + 0.01 * rng.standard_normal(load.size)
+        columns = {"channel": cell, "load_n": load, "counts": np.rint(8.3e6 - force / 3.4e-5)}
+        rows.append(pd.DataFrame({**columns, "session": np.arange(load.size) // 15}))
+    record = diagnosed(run, pd.concat(rows), tmp_path)
+    assert record.verdict == "underpowered"
+    assert record.sentence.startswith("1 of 3 cells need more than a scale and a bias")

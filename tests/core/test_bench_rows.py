@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.bench_rows import check_stuck_reading, check_tare
+from footcal_cli.core.bench_rows import check_stuck_reading, check_tare, pieces_by_pauses
 
 LOAD = np.repeat([0.0, 5.0, 10.0, 20.0, 10.0, 5.0, 0.0], 8)
 
@@ -46,3 +46,17 @@ def test_a_tare_between_two_rows_is_found_where_it_was() -> None:
     (found,) = check_tare(load, count, "x")
     assert found.severity == "warning"
     assert "from row 25 of 48" in found.sentence
+
+
+def test_three_days_without_a_name_are_three_sessions() -> None:
+    """A ladder of one morning is one session, and so is a row per day for months."""
+    morning = 12.0 * np.arange(40, dtype=np.float64)
+    day = 86400.0 * np.arange(3, dtype=np.float64)
+    dated = np.asarray(1.77e9 + day[:, None] + morning).ravel()
+    found = pieces_by_pauses(dated)
+    assert np.array_equal(found, np.repeat([0, 1, 2], 40))
+    shuffled = np.random.default_rng(3).permutation(120)
+    assert np.array_equal(pieces_by_pauses(dated[shuffled]), found[shuffled])
+    assert pieces_by_pauses(morning).max() == 0
+    assert pieces_by_pauses(np.linspace(0.0, 3e7, 300)).max() == 0
+    assert pieces_by_pauses(np.full(9, np.nan)).max() == 0

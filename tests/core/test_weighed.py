@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.online.belief import nameplate
-from footcal_cli.core.online.weighed import weighed_standing, weighed_walking
+from footcal_cli.core.online.weighed import (
+    weighed_by_each_foot,
+    weighed_standing,
+    weighed_walking,
+)
 
 CHANNELS = tuple(f"cell {i}" for i in range(8))
 
@@ -60,3 +64,31 @@ def test_standing_weighs_with_all_that_is_known_of_zeros_and_scales() -> None:
     assert not weighed_standing(
         h, np.full(3, 0.3), np.full(3, 0.15), np.eye(16), 55.9, 5.7
     ).findings()
+
+
+def stepping(mass_kg: float, faulty: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Forces of two feet of two cells that take turns, zeros off by 3 N; contact; m g."""
+    left = np.tile(np.repeat([1.0, 0.0], 100), 4)
+    foot = np.column_stack([left, left, 1.0 - left, 1.0 - left])
+    forces = foot * mass_kg * 9.80665 * np.array([0.3, 0.7, 0.5, 0.5]) + 3.0
+    forces[:, 0] *= faulty
+    return forces, foot, np.full(800, 5.0 * 9.80665)
+
+
+def test_each_foot_weighs_a_robot_that_is_heavier_than_stated() -> None:
+    forces, contact, demand = stepping(5.5)
+    found = weighed_by_each_foot(forces, contact, [(0, 1), (2, 3)], demand, np.full(4, 0.02), 5.0)
+    assert found is not None
+    assert found.mass_kg == pytest.approx(5.5)
+    # the foot that says least: shares 0.3 and 0.7
+    assert found.sd_kg == pytest.approx(5.0 * 0.02 * np.hypot(0.3, 0.7))
+    assert found.findings("so")[0].sentence.endswith("so")
+
+
+def test_a_faulty_cell_under_one_foot_is_no_wrong_mass() -> None:
+    forces, contact, demand = stepping(5.0, faulty=1.5)
+    forces[:, 2:] *= 0.999
+    assert (
+        weighed_by_each_foot(forces, contact, [(0, 1), (2, 3)], demand, np.full(4, 0.02), 5.0)
+        is None
+    )

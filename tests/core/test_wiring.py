@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from footcal_cli.core.checks.units import check_units_of_channels, check_units_of_sessions
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.quality import (
-    check_units_of_sessions,
-)
 from footcal_cli.core.wiring import check_exchanged_cells
 
 NAMES = ("left_fl", "left_fr", "left_rl", "left_rr")
@@ -78,3 +76,35 @@ def test_a_session_noted_in_one_unit_beside_others_in_another(
     written = np.where(session == 1, load / ratio, load)
     (finding,) = check_units_of_sessions("toe", written, counts, session)
     assert f"noted in {noted}, the others' in {others}" in finding.sentence
+
+
+def test_two_sessions_under_the_same_weights_in_two_units() -> None:
+    """Of two sessions the loads must be in the ratio too: a slope alone may be another cell's."""
+    session, load = np.repeat([0.0, 1.0], 8), np.tile(np.linspace(0.0, 20.0, 8), 2)
+    counts = 8.3e6 - load / 3.4e-5
+    written = np.where(session == 1, load * 1000.0, load)
+    (finding,) = check_units_of_sessions("toe", written, counts, session)
+    assert "noted in g, the others' in kg" in finding.sentence
+    smaller = np.where(session == 1, 0.5 * load * 1000.0, load)
+    assert not check_units_of_sessions("toe", smaller, counts, session)
+
+
+def test_one_cell_of_a_foot_whose_weights_were_noted_in_grams() -> None:
+    """Four cells of one make within 4 %, one of them turned; one was noted in g beside kg."""
+    cell, load = np.repeat(np.arange(4.0), 8), np.tile(np.linspace(0.0, 20.0, 8), 4)
+    slope = np.array([1.0, 1.03, -0.97, 1.04])[cell.astype(int)] / 3.4e-5
+    counts = 8.3e6 + slope * load
+    assert not check_units_of_channels(cell, load, counts, NAMES)
+    written = np.where(cell == 3, load * 1000.0, load)
+    (finding,) = check_units_of_channels(cell, written, counts, NAMES)
+    assert finding.where == "left_rr"
+    assert "noted in g, the others' in kg" in finding.sentence
+
+
+def test_a_stronger_cell_beside_weaker_ones_is_no_unit() -> None:
+    """A cell for ten times the load, 9.8 times less sensitive, loaded with ten times as much."""
+    cell, load = np.repeat(np.arange(4.0), 8), np.tile(np.linspace(0.0, 20.0, 8), 4)
+    strong = cell == 2
+    written = np.where(strong, load * 10.0, load)
+    counts = 8.3e6 + load / 3.4e-5 * np.where(strong, 10.0 / 9.80665, 1.0)
+    assert not check_units_of_channels(cell, written, counts, NAMES)

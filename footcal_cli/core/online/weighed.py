@@ -7,15 +7,18 @@ not: c independent scales know their mean √c times better than each.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 
 _SIGMAS = 4.0
+_FEWEST = 50
+"""Samples of a foot in the air, and of one that carries the robot alone."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,8 @@ class Weighed:
         """A smaller error of the mass would not show."""
         return _SIGMAS * self.sd_kg
 
-    def findings(self) -> tuple[Finding, ...]:
-        """Where they differ by more than chance."""
+    def findings(self, meaning: str = "the scales found here took that up") -> tuple[Finding, ...]:
+        """Where they differ by more than chance, and what that means for what was fitted."""
         if self.sigmas < _SIGMAS:
             return ()
         return (
@@ -55,7 +58,7 @@ class Weighed:
                 "robot.mass",
                 f"the cells as calibrated weigh the robot at {self.mass_kg:.2f} ± "
                 f"{self.sd_kg:.2f} kg, the recipe says {self.stated_kg:.2f} kg: "
-                f"{self.sigmas:.0f} sd apart, and the scales found here took that up",
+                f"{self.sigmas:.0f} sd apart, and {meaning}",
                 "weigh the robot as it stood, battery and cables included; if the recipe's mass is "
                 "right, weigh known loads on the cells as mounted",
             ),
@@ -83,6 +86,46 @@ def weighed_walking(
     own = repeated * after / (1.0 - after / before)
     relative = 1.0 / (1.0 + asked)
     return Weighed(stated_kg, stated_kg * relative, stated_kg * relative * np.sqrt(before + own))
+
+
+def weighed_by_each_foot(
+    forces_n: FloatArray, contact: FloatArray, feet: Iterable[Sequence[int] | IntArray],
+    demand_n: FloatArray, gain_sd: FloatArray, stated_kg: float,
+) -> Weighed | None:  # fmt: skip
+    r"""From the steps of a walk in which one foot carries the robot alone.
+
+    .. math:: m_f = m \, \mathrm{median} \sum_{i \in f} (F_i - z_i) / D
+
+    with the zero :math:`z_i` that a cell shows in the air. Of the feet the one counts that says
+    least: a wrong mass shows in each of them, a faulty cell in its own.
+
+    Parameters
+    ----------
+    forces_n
+        By the calibration to start from, shape (n, c).
+    contact
+        Of the foot of each cell, 0 in the air, shape (n, c).
+    feet
+        Which cells are of each foot.
+    demand_n
+        Vertical force D that mass and motion demand, shape (n,).
+    gain_sd
+        Relative sd of the scales, shape (c,).
+    """
+    weighed = []
+    for cells in feet:
+        mine = np.isin(np.arange(forces_n.shape[1]), cells)
+        up, others = contact[:, mine].max(axis=1) == 0.0, contact[:, ~mine].max(axis=1, initial=0.0)
+        alone = (contact[:, mine].min(axis=1) == 1.0) & (others == 0.0) & np.isfinite(demand_n)
+        if up.sum() < _FEWEST or alone.sum() < _FEWEST:
+            return None
+        carried = forces_n[alone][:, mine] - np.nanmedian(forces_n[up][:, mine], axis=0)
+        ratio = float(np.nanmedian(carried.sum(axis=1) / demand_n[alone]))
+        share = np.nanmedian(carried, axis=0) / np.nanmedian(carried.sum(axis=1))
+        sd = float(np.sqrt(np.sum((share * gain_sd[mine]) ** 2)))
+        weighed.append(Weighed(stated_kg, stated_kg * ratio, stated_kg * sd))
+    one_way = len({np.sign(w.mass_kg - stated_kg) for w in weighed}) == 1
+    return min(weighed, key=lambda w: w.sigmas) if one_way else None
 
 
 def weighed_standing(

@@ -10,13 +10,16 @@ from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.blocks import cut_balanced
 from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import stand, walk
-from footcal_cli.core.experiments.walk import channel_contact
+from footcal_cli.core.experiments.walk import channel_contact, reference_of
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.lines import Series, swing_series
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.online.streams import MergeRule
+from footcal_cli.core.online.weighed import weighed_by_each_foot
 from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import whole_rows
 from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import (
@@ -57,6 +60,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         merged = recording.merged
         log = merged.log
         good = np.isfinite(log.readings).all(axis=1)
+        if kind == "walk":
+            session.note(_weighed(recording, session.recipe.robot.mass_kg or 1.0))
         for name in experiment.known:
             if name != "contact" and name in log.known:
                 finite = whole_rows(log.known[name])
@@ -115,6 +120,17 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         reading_noise_n=float(np.median(scale * np.median(noises, axis=0))),
     )
     return CaseRead(case, [], unseen_walking() if kind == "walk" else {})
+
+
+def _weighed(recording: Recording, stated_kg: float) -> tuple[Finding, ...]:
+    """A mass that each foot contradicts; a walk lets the scales take it up, and tests none."""
+    log, belief = recording.merged.log, recording.belief
+    assert belief is not None  # feet with cells
+    found = weighed_by_each_foot(
+        belief.forces(log.readings), channel_contact(log), columns_of(Scope.FOOT, log.channels),
+        reference_of(log).fz_n, belief.gain_sd, stated_kg,
+    )  # fmt: skip
+    return () if found is None else found.findings("a walk cannot distinguish it from the scales")
 
 
 def _unfiltered(recordings: list[Recording]) -> Series:

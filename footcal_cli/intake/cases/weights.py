@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from footcal_cli.core.bench.ladder import promising
+from footcal_cli.core.bench.plateaus import find_plateaus
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regression import fit_affine
 from footcal_cli.core.bench.study import ChannelStudy, find_loads, study_rows
@@ -17,7 +18,7 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.experiments.weights import EXPERIMENT
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray, ParameterSet
+from footcal_cli.core.parameters import BoolArray, FloatArray, ParameterSet
 from footcal_cli.core.quality import Finding
 from footcal_cli.intake.bench import plateau_options, sessions_of
 from footcal_cli.intake.cases.shared import (
@@ -36,6 +37,7 @@ from footcal_cli.tables.table import Table
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
+_FEWEST, _MOSTLY = 20, 0.5
 _BLOCK_S, _GAP_S = 20.0, 4.0
 """Of a recording under a reference that moves slowly, and between: neighbours tell the same."""
 
@@ -80,7 +82,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
 def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
     """One log per channel of long tables, and whether rows have time stamps."""
     channel = np.concatenate([t.text("channel") for t in tables])
-    block = sessions_of(tables)
+    block = sessions_of(tables, pauses=True)
     columns = {
         name: np.concatenate([t.optional(name) for t in tables])
         for name in ("load_n", "counts", "time_s", "temperature_degc")
@@ -109,7 +111,8 @@ def _running(session: Session[DiagnoseOptions]) -> list[Table]:
     channels = session.recipe.robot.cell_names
     if not channels:
         return []
-    given = bool(_plateaus(session).loads_n)
+    settings = _plateaus(session)
+    given = bool(settings.loads_n or settings.loads)
     tables = session.read(weights_stream_table(channels))
     return [t for t in tables if given or "load_n" in t]
 
@@ -127,12 +130,25 @@ def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> 
         for table in tables:
             counts, load = table.number(f"{channel}_counts"), _loads(session, table, channel)
             good = np.isfinite(counts) & (np.isfinite(load) | ("load_n" not in table))
+            if "load_n" in table:
+                good[good] = at_rest(table.number("time_s")[good], load[good], _plateaus(session))
             log = Log(
                 "weights", (channel,), table.number("time_s")[good], counts[good, None],
                 {"load_n": load[good, None]}, np.zeros(int(good.sum()), dtype=np.int64),
             )  # fmt: skip
             logs.append(cut_blocks(log, even_cycles(log, 1.0), _BLOCK_S, _GAP_S))
     return logs
+
+
+def at_rest(time_s: FloatArray, load: FloatArray, settings: PlateauSettings) -> BoolArray:
+    """Samples in which a weight lies still, shape (n,); all under a reference that never does.
+
+    While a hand puts a weight on, the load that stands there is not the one that the cell feels.
+    """
+    if load.size < _FEWEST or np.any(np.diff(time_s) < 0):
+        return np.ones(load.size, dtype=np.bool_)
+    still = find_plateaus(time_s, load, plateau_options(settings).of_loads).hold >= 0
+    return np.asarray(still if still.mean() > _MOSTLY else np.ones_like(still))
 
 
 def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> FloatArray:
@@ -181,7 +197,8 @@ def found_alone(read: CaseRead, found: Investigation) -> list[ChannelStudy]:
     case = read.case
     alone = all(len(log.channels) == 1 for log in case.logs)
     rows_of_cells = case.experiment.name == "weights" and alone and not case.one_recording
-    if found.verdict is not Verdict.NONE or not rows_of_cells or len(case.chain.links) > 1:
+    nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN, Verdict.UNDERPOWERED)
+    if not nameless or not rows_of_cells or len(case.chain.links) > 1:
         return []
     # of weights only what needs stamps is untested
     records = (

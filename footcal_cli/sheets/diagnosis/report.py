@@ -73,7 +73,7 @@ def outcome_of(
     read, found, moved
         The case, what the core found, and how the calibration moves with it.
     """
-    if asked.alone:
+    if asked.alone and found.verdict is Verdict.NONE:
         found = replace(found, verdict=Verdict.UNDERPOWERED)
     table, seed = asked.table, asked.seed
     answer = _answer(read, found, asked)
@@ -147,8 +147,8 @@ def _undecided(answer: Answer, cells: int, alone: Sequence[ChannelStudy]) -> Ans
     verdict = VerdictRecord(
         level="warning",
         sentence=(
-            f"{len(alone)} of {cells} cells need more than a scale and a bias, but too few "
-            "blocks show it to name the cause."
+            f"{f'{len(alone)} of {cells} cells need' if cells > 1 else 'The only cell needs'} more "
+            "than a scale and a bias, but too few blocks show it to name the cause."
         ),
         actions=("Record more sessions of these cells to have the cause named.",),
         details=(
