@@ -66,6 +66,11 @@ class _Names:
     def of(cls, names: Sequence[str]) -> _Names:
         head = common_start(names).rstrip("0123456789.+-")
         tail = common_start([name[::-1] for name in names])[::-1]
+        begun = re.search(r"[A-Za-z]*$", head)
+        if begun and begun[0] and all(
+            name_guess(name[begun.start() : len(name) - len(tail)]).place for name in names
+        ):  # fmt: skip
+            head = head[: begun.start()]  # fl and fr are legs, l and r sides
         longest = min(map(len, names)) - len(head)
         tail = tail[-longest:] if longest > 0 else ""
         while tail and tail[0].isalnum():
@@ -120,7 +125,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         if (made := _per_load(shown, names)) is not None:
             return made
     if len(six) == 1 and not stated:
-        beside = None if names.of_folders else _per_foot(group, names)
+        hung = names.of_folders or first.of("orientation")  # no foot that stands, then
+        beside = None if hung else _per_foot(group, names)
         return (
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))

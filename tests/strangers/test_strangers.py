@@ -40,6 +40,7 @@ from tests.strangers import (
     twelfth_bench,
     twelfth_robots,
     twentieth,
+    twentyfirst,
     unseen,
 )
 from tests.strangers.rigs import Write
@@ -71,7 +72,7 @@ SAMPLE = (
     sixteenth_robots.kuka_rsi_xml, seventeenth.linear_acceleration, seventeenth.what_was_on,
     seventeenth.reference_and_nominal_files, seventeenth.stamped_and_weighed,
     seventeenth.ten_samples_a_row, fourteenth_bench.tracer_daq, fourteenth_bench.openscale,
-    *twentieth.TWENTIETH,
+    *twentieth.TWENTIETH, *twentyfirst.TWENTYFIRST,
 )  # fmt: skip
 
 
@@ -111,6 +112,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "eighteenth",
         "nineteenth",
         "twentieth",
+        "twentyfirst",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -119,7 +121,7 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
         "fifteenth": fifteenth.FIFTEENTH, "seventeenth": seventeenth.SEVENTEENTH,
         "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
-        "twentieth": twentieth.TWENTIETH,
+        "twentieth": twentieth.TWENTIETH, "twentyfirst": twentyfirst.TWENTYFIRST,
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),
