@@ -66,11 +66,9 @@ class _Names:
     def of(cls, names: Sequence[str]) -> _Names:
         head = common_start(names).rstrip("0123456789.+-")
         tail = common_start([name[::-1] for name in names])[::-1]
-        begun = re.search(r"[A-Za-z]*$", head)
-        if begun and begun[0] and all(
-            name_guess(name[begun.start() : len(name) - len(tail)]).place for name in names
-        ):  # fmt: skip
-            head = head[: begun.start()]  # fl and fr are legs, l and r sides
+        word = re.sub(r"[A-Za-z]+$", "", head)
+        if word < head and all(name_guess(n[len(word) : len(n) - len(tail)]).place for n in names):
+            head = word  # fl and fr are legs, l and r sides
         longest = min(map(len, names)) - len(head)
         tail = tail[-longest:] if longest > 0 else ""
         while tail and tail[0].isalnum():

@@ -88,7 +88,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         entries.setdefault("temperature_degc", of(column, column.unit))
     missing: tuple[Blank, ...] = ()
     if pose is not None and pose.explains is False:
-        missing = (TURNED,)
+        missing = (_dead_axis(six) or TURNED,)
     elif pose is None and not orientation:
         missing = (Blank(
             ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
@@ -109,6 +109,20 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
     )  # fmt: skip
+
+
+def _dead_axis(six: Mapping[str, Mapping[str, ColumnGuess]]) -> Blank | None:
+    """A force that hardly moves while its siblings carry a weight that is turned; None without."""
+    for group in six.values():
+        moved = np.nanstd(forces_of(dict(group)), axis=0)
+        least = int(np.argmin(moved))
+        if moved[least] < _STILL * moved.max():
+            name = group[("fx", "fy", "fz")[least]].column
+            return Blank(
+                (f"# in [columns]: {name}, once it is connected and refreshed",),
+                f"{name} hardly moves while the other forces turn with the weight: it looks dead",
+            )
+    return None
 
 
 def _still(six: Mapping[str, Mapping[str, ColumnGuess]]) -> list[str]:

@@ -90,7 +90,27 @@ def angle_of_the_shaft(to: Path, rng: Rng) -> Made:
     return Made(paths, Truth(values, dict.fromkeys(values, 0.03)))
 
 
+def results_of_a_calibration(to: Path, rng: Rng) -> Made:
+    """Offsets, mass and CoM of four sensors, a row for each: a result, and no wrench."""
+    lines = ["sensor,mass_kg,cx_m,cy_m,cz_m,fx0_N,fy0_N,fz0_N,tx0_Nm,ty0_Nm,tz0_Nm"]
+    for leg in ("LF", "RF", "LH", "RH"):
+        made = tool(rng)
+        numbers = [made.weight_n / _KGF, *made.com_m, *made.offset]
+        lines.append(",".join([leg, *(f"{v:.4f}" for v in numbers)]))
+    return Made([write(to / "result.csv", lines)], says="results of a calibration")
+
+
+def one_axis_is_dead(to: Path, rng: Rng) -> Made:
+    """A wrist whose force along y was not wired: it scatters, and follows nothing."""
+    _, wrench, rot = wrist(rng)
+    wrench[:, 1] = rng.normal(0, 0.05, len(wrench))
+    body = rows(0.02 * np.arange(len(wrench)), *wrench.T, *rot.as_quat().T, form="%.6f")
+    names = "t,Fx,Fy,Fz,Tx,Ty,Tz,qx,qy,qz,qw"
+    return Made([write(to / "arm.csv", [names, *body])], says="Fy hardly moves")
+
+
 TWENTYFIRST = (
     kilogram_force_centimetres, directions_in_lists, sensor_number_nought,
     matrix_above_each_wrench, matrices_in_a_second_file, angle_of_the_shaft,
+    results_of_a_calibration, one_axis_is_dead,
 )  # fmt: skip
