@@ -17,7 +17,8 @@ import numpy as np
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
 from footcal_cli.formats.contract import Array, Clock, Stream, with_unit
-from footcal_cli.tables.foreign import cards, is_xml
+from footcal_cli.tables.foreign import BLOCKS, cards, is_xml
+from footcal_cli.tables.pose_blocks import pose_blocks
 from footcal_cli.tables.units import SPELLINGS
 
 _LEAST = 2
@@ -38,6 +39,8 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
         No list of entries, or an XML document that breaks off.
     """
     text = path.read_text(encoding="utf-8-sig", errors="replace")
+    if found := pose_blocks(text):
+        return (stream_of(path.name.split(".")[0], BLOCKS, found),)
     rows = _of_xml(path, text) if is_xml(text) else cards(text) or _of_yaml(text)
     if len(rows) < _LEAST:
         raise DataError(

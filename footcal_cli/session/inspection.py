@@ -294,7 +294,7 @@ def _hanging(table: Table, robot: Robot) -> list[Finding]:
 def _legs(table: Table, robot: Robot) -> list[Finding]:
     """Hanging and standing robots with transducers at the hips, long form."""
     found: list[Finding] = []
-    names = [c for c in _kept(table) if not c.startswith("body_q")]
+    names = [c for c in _kept(table) if not c.startswith("body_")]  # an arm holds an attitude
     leg = table.text("leg")
     part = table.text("orientation") if "orientation" in table else np.full(len(table), "")
     for name in dict.fromkeys(leg):

@@ -59,6 +59,8 @@ def plan_of(file: FileGuess) -> Plan | None:
         return rig
     if why_not(file) is not None and not (six and not _a_matrix(file)):
         return None
+    if six and _read_once(file):
+        return None
     if six:
         return transducers(file, six)
     runs = runs_across(file, loads)
@@ -74,6 +76,14 @@ def plan_of(file: FileGuess) -> Plan | None:
     if cells:
         return cells_in_time(file, cells)
     return None
+
+
+def _read_once(file: FileGuess) -> tuple[str, ...]:
+    """What the rows are called where each is another thing, and nothing says when or how turned."""
+    if file.of("time", "quaternion", "angle", "matrix", "gravity", "acceleration", "orientation"):
+        return ()
+    words = [c.words for c in file.columns if c.words]
+    return next((own for own in words if 1 < len(own) == file.rows), ())
 
 
 def _once(plan: Plan, loads: list[ColumnGuess]) -> Plan:
@@ -94,6 +104,14 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "six rows of six numbers without names: the matrix of a transducer, which is a "
             "calibration already",
             "give the log of its readings: under known loads, or of a tool in a dozen directions",
+        )
+    once = _read_once(file)
+    if once and wrenches(numbered(file)):
+        return (
+            f"one row for each of {', '.join(once[:3])} …, without stamps or an attitude: results "
+            "of a calibration or of tests, no readings",
+            "give the log that they were worked out of: fx … tz of each sample, in a dozen "
+            "attitudes; a calibration of footcal goes to --parameters",
         )
     axes = {c.name.axis for c in file.of("force")}
     cops = {c.name.axis for c in file.of("cop")}

@@ -66,6 +66,9 @@ class _Names:
     def of(cls, names: Sequence[str]) -> _Names:
         head = common_start(names).rstrip("0123456789.+-")
         tail = common_start([name[::-1] for name in names])[::-1]
+        word = re.sub(r"[A-Za-z]+$", "", head)
+        if word < head and all(name_guess(n[len(word) : len(n) - len(tail)]).place for n in names):
+            head = word  # fl and fr are legs, l and r sides
         longest = min(map(len, names)) - len(head)
         tail = tail[-longest:] if longest > 0 else ""
         while tail and tail[0].isalnum():
@@ -120,7 +123,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         if (made := _per_load(shown, names)) is not None:
             return made
     if len(six) == 1 and not stated:
-        beside = None if names.of_folders else _per_foot(group, names)
+        hung = names.of_folders or first.of("orientation")  # no foot that stands, then
+        beside = None if hung else _per_foot(group, names)
         return (
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))

@@ -14,7 +14,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import axis_rotations, rotation_of_quaternion, rpy_of_rotation
+from footcal_cli.core.spatial import (
+    axis_rotations,
+    rotation_exp,
+    rotation_of_quaternion,
+    rpy_of_rotation,
+)
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
 from footcal_cli.sniff.plan import Entry
 
@@ -35,17 +40,17 @@ def foot_mount(
     feet
         Axes of the transducer at each foot.
     body
-        Entries of the body's motion: accelerations of the CoM, quaternions of the feet.
+        Entries of the body's motion: accelerations of the CoM, quaternions or yaws of the feet.
     """
     acceleration = _table(body, [f"com_acc_{a}_mps2" for a in "xyz"])
-    turns = {k: _table(body, [f"{k}_foot_q{a}" for a in "xyzw"]) for k in feet}
-    if acceleration is None or any(q is None for q in turns.values()):
+    turned = {k: _turned(body, k) for k in feet}
+    rotation = {k: one for k, one in turned.items() if one is not None}
+    if acceleration is None or len(rotation) < len(feet):
         return None
     force = {
         k: np.column_stack([numbers_of(axes[a]) for a in ("fx", "fy", "fz")])
         for k, axes in feet.items()
     }
-    rotation = {k: rotation_of_quaternion(q) for k, q in turns.items() if q is not None}
     good = np.isfinite(acceleration).all(axis=1)
     for k in feet:
         good &= np.isfinite(force[k]).all(axis=1) & np.isfinite(rotation[k]).all(axis=(1, 2))
@@ -80,6 +85,18 @@ def mounted(feet: Mapping[str, Mapping[str, ColumnGuess]], body: Mapping[str, En
         f"transducer_rotation_rpy_rad = [{angles}]    # likely: so the forces point up and follow "
         "the CoM's acceleration"
     )
+
+
+def _turned(body: Mapping[str, Entry], foot: str) -> FloatArray | None:
+    """Rotations (n, 3, 3) from a foot to the world, by its quaternion or by its yaw alone."""
+    quaternion = _table(body, [f"{foot}_foot_q{a}" for a in "xyzw"])
+    if quaternion is not None:
+        return rotation_of_quaternion(quaternion)
+    yaw, entry = _table(body, [f"{foot}_foot_yaw_rad"]), body.get(f"{foot}_foot_yaw_rad")
+    if yaw is None or entry is None:
+        return None
+    factor = np.pi / 180.0 if entry.unit == "deg" else 1.0
+    return rotation_exp(factor * yaw * np.array([0.0, 0.0, 1.0]))
 
 
 def _table(body: Mapping[str, Entry], names: list[str]) -> FloatArray | None:

@@ -33,9 +33,10 @@ _AS_LONG_AS: Mapping[Quantity, float] = {"acceleration": GRAVITY_MPS2, "gravity"
 """How long three components are, by what they are of."""
 _VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
     (FORCE, "force", "f"), (TORQUE, "force", "t"), (_ACCELERATION, "acceleration", ""),
-    ({"gravity"}, "gravity", ""),
+    ({"gravity", "grav"}, "gravity", ""),
 )  # fmt: skip
 """Words of a vector, its quantity, and the letter before its axes."""
+_SAID_OF_VECTORS = {"n", "nm", "linear", "vector", "vec", "dir", "direction", "unit"}
 _VECTOR_LETTER = re.compile(r"(?:.*[\W_])?[FMT]")
 """A vector that is called by its capital: ``F(1)``."""
 _TURNS = 0.05
@@ -206,7 +207,7 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
     words = words_of(stem)
     if len(columns) != 3 or not words:
         return {}
-    *before, last = [w for w in words if w not in ("n", "nm", "linear", "vector")] or words
+    *before, last = [w for w in words if w not in _SAID_OF_VECTORS] or words
     for called, quantity, letter in _VECTORS:
         if last in called and (len(last) > 1 or _VECTOR_LETTER.fullmatch(stem)):
             owner = "_".join(w for w in before if w not in NOISE)

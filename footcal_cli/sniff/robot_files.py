@@ -11,10 +11,11 @@ from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.plan import Plan
+from footcal_cli.sniff.six_axis_feet import MOTION, UNTURNED
 
 
-def with_body(plan: Plan, body: FileGuess) -> list[Part]:
-    """Sensors and the robot's own stream."""
+def with_body(plan: Plan, body: FileGuess, mounting: str = "") -> list[Part]:
+    """Sensors and the robot's own stream, which may say how the sensors are turned."""
     entries = body_entries(body)
     if plan.role == "cells" and {"rl_foot_x_m", "rr_foot_x_m"} <= set(entries):
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]
@@ -23,7 +24,10 @@ def with_body(plan: Plan, body: FileGuess) -> list[Part]:
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
         "online-replay", "body", entries, robot=upright(body, entries),
     )  # fmt: skip
-    sensors = replace(plan, command="online-replay", kind=f"{plan.kind}; with a body stream")
+    blanks = tuple(blank for blank in plan.blanks if blank != MOTION)
+    kind = f"{plan.kind}; with a body stream"
+    robot = tuple(line.replace(UNTURNED, mounting or UNTURNED) for line in plan.robot)
+    sensors = replace(plan, command="online-replay", kind=kind, blanks=blanks, robot=robot)
     return [
         Part(sensors, (plan.file.path,), escaped(plan.file.path.name)),
         Part(other, (body.path,), escaped(body.path.name)),

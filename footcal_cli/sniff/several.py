@@ -11,11 +11,14 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
+from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import without_silent_rows
+from footcal_cli.sniff.plan import Entry, without_silent_rows
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
+from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
@@ -52,9 +55,10 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
     """Two different logs: readings and their reference, or sensors and the body."""
     for file, beside in ((one, other), (other, one)):
         if beside.of("com") and not file.of("com"):
+            file = with_sides(file, _foot_speeds(file, beside))
             plan = plan_of(file)
             if plan is not None:
-                return with_body(plan, beside)
+                return with_body(plan, beside, mounted(wrenches(file), _at_rows(file, beside)))
     for file, beside in ((one, other), (other, one)):
         held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
         if held and attitude_of(numbered(beside), None) is not None:
@@ -86,6 +90,29 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             return [Part(replace(plan, warnings=warnings), (file.path,), escaped(file.path.name),
                          (joined,))]  # fmt: skip
     return []
+
+
+def _at_rows(file: FileGuess, body: FileGuess) -> dict[str, Entry]:
+    """The body's motion at the stamps of a log; empty without stamps."""
+    if not file.of("time") or not body.of("time"):
+        return {}
+    offset, _ = _offset(file, body)
+    return {
+        name: replace(e, column=replace(e.column, values=_at_stamps(file, body, e.column, offset)))
+        for name, e in body_entries(body).items()
+        if e.column is not None
+    }
+
+
+def _foot_speeds(file: FileGuess, body: FileGuess) -> dict[str, FloatArray]:
+    """Change of each foot's place from row to row of a log; empty without a place or stamps."""
+    entries, found = _at_rows(file, body), {}
+    for side in ("left", "right"):
+        columns = [entries[n].column for a in "xyz" if (n := f"{side}_foot_{a}_m") in entries]
+        places = [c.values for c in columns if c is not None and c.values is not None]
+        if len(places) == 3:
+            found[side] = np.linalg.norm(np.gradient(np.array(places), axis=1), axis=0)
+    return found
 
 
 def _steps(file: FileGuess, sheet: FileGuess) -> tuple[ColumnGuess, list[str]] | None:

@@ -15,6 +15,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.shafts import beside, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
 
 COUNTED = Blank(
@@ -82,12 +83,12 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         entries["leg"] = of(labels[0]) if labels else Entry(value=leg, why="one transducer")
     elif not hang:
         warnings.append("every transducer is taken to hang free of the ground")
-    for column in file.of("phase", "temperature"):
-        key = "phase_rad" if column.quantity == "phase" else "temperature_degc"
-        entries.setdefault(key, of(column, column.unit))
+    entries |= _with_shafts(_without(file, entries), six, wide)
+    for column in file.of("temperature"):
+        entries.setdefault("temperature_degc", of(column, column.unit))
     missing: tuple[Blank, ...] = ()
     if pose is not None and pose.explains is False:
-        missing = (TURNED,)
+        missing = (_dead_axis(six) or TURNED,)
     elif pose is None and not orientation:
         missing = (Blank(
             ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
@@ -108,6 +109,20 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
     )  # fmt: skip
+
+
+def _dead_axis(six: Mapping[str, Mapping[str, ColumnGuess]]) -> Blank | None:
+    """A force that hardly moves while its siblings carry a weight that is turned; None without."""
+    for group in six.values():
+        moved = np.nanstd(forces_of(dict(group)), axis=0)
+        least = int(np.argmin(moved))
+        if moved[least] < _STILL * moved.max():
+            name = group[("fx", "fy", "fz")[least]].column
+            return Blank(
+                (f"# in [columns]: {name}, once it is connected and refreshed",),
+                f"{name} hardly moves while the other forces turn with the weight: it looks dead",
+            )
+    return None
 
 
 def _still(six: Mapping[str, Mapping[str, ColumnGuess]]) -> list[str]:
@@ -221,25 +236,22 @@ def _poses(
     named = file.of("placement", "sequence", "repeat")
     if not named:
         return None
-    phase = file.of("phase")
-    entries = {
-        "pose": of(named[0]), **mounts.attitude.entries,
-        "phase_rad": of(phase[0], phase[0].unit or "rad") if phase
-        else Entry(value="0", why="no shaft angle: each leg is taken to keep its posture"),
-    }  # fmt: skip
+    entries = {"pose": of(named[0]), **mounts.attitude.entries}
     contact = file.of("contact")
     wide: dict[str, dict[str, Entry]] = {}
     said = said_above(file)
     if len(six) > 1:
         wide = {name: axes_of(group, said) for name, group in six.items()}
-        for name, own in wide.items():
-            for column in contact:
-                if column.column.startswith(name):
-                    own["contact"] = of(column)
+        for name, column in beside(file, six, "contact").items():
+            wide[name]["contact"] = of(column)
     else:
         entries |= {"leg": of(labels[0]), **axes_of(next(iter(six.values())), said)}
         if contact:
             entries["contact"] = of(contact[0])
+    entries |= _with_shafts(file, six, wide)
+    if "phase_rad" not in entries and not any("phase_rad" in own for own in wide.values()):
+        why = "no shaft angle: each leg is taken to keep its posture"
+        entries["phase_rad"] = Entry(value="0", why=why)
     legs = list(six) if wide else list(labels[0].words)
     return Plan(
         file, f"six-axis transducers at {len(legs)} hips while the robot stands in poses",
@@ -253,6 +265,23 @@ def _poses(
                   "standing poses need offsets and leg weights of a hanging calibration"),
         ),
     )  # fmt: skip
+
+
+def _without(file: FileGuess, entries: Mapping[str, Entry]) -> FileGuess:
+    """The log without the columns that are taken for something."""
+    taken = {entry.column.column for entry in entries.values() if entry.column}
+    return replace(file, columns=tuple(c for c in file.columns if c.column not in taken))
+
+
+def _with_shafts(
+    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], wide: dict[str, dict[str, Entry]]
+) -> dict[str, Entry]:
+    """The shaft angle of every row; those of each leg are put into `wide`."""
+    one, each = shafts(file, six)
+    for name, entry in each.items():
+        if name in wide:
+            wide[name]["phase_rad"] = entry
+    return {} if one is None else {"phase_rad": one}
 
 
 def forces_of(group: dict[str, ColumnGuess]) -> FloatArray:

@@ -65,12 +65,12 @@ def plates_of(
     )  # fmt: skip
 
 
-_MOTION = Blank(
+MOTION = Blank(
     ('# body = ["…"]    # in [data]: CoM, its acceleration and places of the feet;',
      "#                 # footcal kinematics makes them of joint positions and a URDF"),
     "transducers at feet are weighed with the body's motion, which the log does not have",
 )  # fmt: skip
-_UNTURNED = (
+UNTURNED = (
     "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
 )
 _MOUNTED = (
@@ -91,7 +91,7 @@ def ankles(
         entries |= axes_of(group, said, prefix=f"{name}_")
     body = body_entries(file)
     mounting = mounted(six, body) if len(six) > 1 else ""
-    turned = f"\n{mounting or _UNTURNED}"
+    turned = f"\n{mounting or UNTURNED}"
     entries |= {name: entry for name, entry in body.items() if name != "time_s"}
     command = "online-replay" if file.of("com") else "static-init"
     moves = ", with the body's motion" if file.of("com") else ""
@@ -102,5 +102,5 @@ def ankles(
             *upright(file, body),
             *(f"[robot.feet.{foot}]{turned}\n{_MOUNTED}" for foot in six),
         ),
-        blanks=(MASS, *(() if file.of("com") else (_MOTION,)), *blanks),
+        blanks=(MASS, *(() if file.of("com") else (MOTION,)), *blanks),
     )  # fmt: skip

@@ -11,21 +11,16 @@ _ALSO = {
     "newton": "N", "newtons": "N", "kilogram": "kg", "kilograms": "kg", "gram": "g", "grams": "g",
     "gramm": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s", "sekunden": "s",
     "millis": "ms", "msec": "ms", "milliseconds": "ms", "usec": "us", "micros": "us", "nsec": "ns",
-    "nanoseconds": "ns", "volts": "V", "volt": "V", "n.mm": "N*mm", "n*mm": "N*mm", "nmm": "N*mm",
-    "n.m": "N*m", "n*m": "N*m", "n-m": "N*m", "n-mm": "N*mm", "n-cm": "N*cm", "kn-m": "kN*m",
-    "lbf-ft": "lbf*ft", "lb-ft": "lbf*ft", "ozf-in": "ozf*in", "oz-in": "ozf*in",
-    "kgf-m": "kgf*m", "kgf-cm": "kgf*cm", "kgf-mm": "kgf*mm",
-    "nm": "N*m", "n m": "N*m", "n·m": "N*m", "n⋅m": "N*m",
+    "nanoseconds": "ns", "volts": "V", "volt": "V",
     "degrees": "deg", "degree": "deg", "°": "deg", "%": "%", "%rh": "%", "db": "dB",
     "dbm": "dB", "ppm": "ppm", "radians": "rad", "celsius": "degC",
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
     "lsb": "count", "raw": "count", "adc": "count", "cnt": "count", "cts": "count",
     "digits": "count", "counts": "count", "count": "count", "pounds": "lb", "pound": "lb",
-    "kp": "kgf", "kilopond": "kgf",
+    "kp": "kgf", "kilopond": "kgf", "kgf": "kgf", "gf": "gf",
     "ounces": "oz", "ounce": "oz", "stones": "stone", "stone": "stone",
-    "lbf-in": "lbf*in",
-    "lbf*in": "lbf*in", "lb-in": "lbf*in", "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",
-    "ncm": "N*cm", "n.cm": "N*cm", "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
+    "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",
+    "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
     "mpa": "MPa", "n/mm²": "MPa", "n/mm2": "MPa", "gpa": "GPa",
     "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
     "metres": "m", "s": "s", "m": "m", "n": "N", "dan": "daN", "decanewton": "daN",
@@ -53,7 +48,6 @@ _AMBIGUOUS = 2
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
 _SPOKEN = re.compile(r"^(?P<stem>.*\S)\s+in\s+(?P<unit>\S+)$")
 """A unit that is spoken: ``Force in kN``."""
-_PRODUCTS = frozenset(unit for unit in _ALSO.values() if "*" in unit)
 _COUNTED = re.compile(r"(\d*\.?\d+(?:e-?\d+)?)\s*([A-Za-z·*/^²°.-]+)")
 _SUFFIXES = {
     "n": "N", "nm": "N*m", "kg": "kg", "g": "g", "mn": "mN", "kn": "kN", "nmm": "N*mm", "s": "s",
@@ -67,8 +61,26 @@ _SUFFIXES = {
 }  # fmt: skip
 _DEGREES = {"c": "degC", "f": "degF", "k": "K"}
 _SPLIT = re.compile(r"[_\s/.\-,]+")
-_PRODUCT = re.compile(r"[_\s/.,-]+(k?N|lbf?|ozf?|kgf)[-_. *](mm|cm|m|in|ft)$")
-"""A unit of torque at the end of a name: ``Tx_lbf-in``, ``Mz N.mm``."""
+_TIMES = "[-_. *·⋅×]?"
+_TORQUE = (
+    rf"(?!k?n_)(?P<metric>mN|(?i:k?n|dan|kgf|kp|gf)){_TIMES}(?P<by>(?i:mm|cm|m))"
+    rf"|(?i:(?P<pound>lb|oz)f?s?{_TIMES}(?P<to>in|ft)(?:ch)?)"
+    rf"|(?i:(?P<far>in|ft)(?:ch)?{_TIMES}(?P<ounce>lb|oz)f?s?)"
+)
+"""A force by a length: ``N.mm``, ``kgfcm``, ``lbf-in``, ``ft-lbs``."""
+_PRODUCT = re.compile(rf"[_\s/.,-]+(?P<unit>{_TORQUE})$")
+"""A unit of torque at the end of a name: ``Tx_lbf-in``, ``Mz N.mm``, ``ty_kgfcm``."""
+
+
+def _torque(text: str) -> str | None:
+    """A unit of torque as footcal spells it, None where the text is none."""
+    found = re.fullmatch(_TORQUE, text)
+    if found is None:
+        return None
+    if found["metric"]:
+        force = found["metric"]
+        return f"{force if force == 'mN' else _ALSO[force.lower()]}*{found['by'].lower()}"
+    return f"{found['pound'] or found['ounce']}f*{found['to'] or found['far']}".lower()
 
 
 def known_unit(text: str) -> str | None:
@@ -76,8 +88,8 @@ def known_unit(text: str) -> str | None:
     plain = text.strip().strip("[](){}<>").strip()
     if plain in SPELLINGS or plain in ("mV/V", "N*m", "N*mm", "m/s^2"):
         return {"counts": "count", "lbs": "lb", "sec": "s"}.get(plain, plain)
-    if plain in _PRODUCTS:
-        return plain
+    if torque := _torque(plain):
+        return torque
     small = plain.lower()
     if len(small) > _AMBIGUOUS and small in SPELLINGS:
         return small  # lbF, KGF; of MN and mN the size of the letters is all that tells
@@ -97,7 +109,7 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     if found and parted and (unit := known_unit(parted[2])) and float(parted[1]) > 0:
         return found["stem"], unit, float(parted[1])
     product = _PRODUCT.search(name)
-    if product and (unit := known_unit(f"{product[1]}-{product[2]}")) is not None:
+    if product and (unit := known_unit(product["unit"])) is not None:
         return name[: product.start()].rstrip("_ /.-,"), unit, 1.0
     parts = [part for part in _SPLIT.split(name) if part]
     if len(parts) > 1:

@@ -7,6 +7,8 @@ import json
 import re
 from collections import Counter
 
+from footcal_cli.tables.pose_blocks import begins_with_poses
+
 READERS = {
     ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
     ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
@@ -17,6 +19,7 @@ READERS = {
     ".htm": "webpages",
 }  # fmt: skip
 """Suffix -> module of the room `formats` that makes tables of such a file."""
+BLOCKS = "blocks of lines, a rotation matrix in each"
 _BLOCK = re.compile(r"(?m)^(\s*)([A-Za-z_]\w*) \{[ \t]*$")
 _CLOSED = re.compile(r"(?m)^\s*\}[ \t]*\n")
 _BETWEEN = re.compile(r"\n[ \t]*\n")
@@ -81,9 +84,11 @@ def _literal(text: str) -> str:
 
 
 def kind_of_records(text: str) -> str:
-    """JSON, Python, HTML, XML or YAML where a text is records in it; empty for all others."""
+    """JSON, Python, HTML, XML or YAML where a text is records in it, `BLOCKS`; empty for others."""
     if kind := _literal(text):
         return kind
+    if begins_with_poses(text):
+        return BLOCKS
     if re.match(r"\s*<(?:!doctype html|html|table)\b", text, re.IGNORECASE):
         return "HTML"
     if is_xml(text):

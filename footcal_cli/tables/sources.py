@@ -114,7 +114,9 @@ def source_columns(
             count = np.arange(rows, dtype=np.float64)
             found[name] = RawColumn("number", count / reading.rate_hz, np.zeros(rows, bool), lines)
         else:
-            found[name] = _constant(_said(place, path), rows, lines)
+            said = _said(place, path)
+            said = f"{said:g}" if name in texts and isinstance(said, float) else said
+            found[name] = _constant(said, rows, lines)  # leg 0 is called 0
     return found
 
 

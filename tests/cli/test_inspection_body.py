@@ -16,7 +16,7 @@ from footcal_cli.core.body_stream import (
     check_saturation,
 )
 from footcal_cli.tables import columns
-from footcal_cli.tables.table import read_table
+from footcal_cli.tables.table import Table, read_table
 from tests.cli.inspected import SAMPLES, Frame, G, alarms, bent, clean, recipe, times
 
 
@@ -148,3 +148,15 @@ def test_a_robot_may_walk_in_circles(degrees: bool, found: int) -> None:
     left = 0.1 * np.column_stack([-np.sin(yaw), np.cos(yaw), 0.0 * yaw])
     written = np.degrees(yaw) if degrees else yaw
     assert len(check_heading(time_s, written, "left_foot_yaw_rad", (left, -left))) == found
+
+
+def test_an_attitude_that_is_held_is_not_stuck(tmp_path: Path) -> None:
+    """An arm's controller reports each pose to the digit; the forces of it scatter."""
+    rng = np.random.default_rng(0)
+    log = Frame(rng.normal(0, 0.1, (300, 6)), columns=[*columns.AXIS_COLUMNS])
+    held = np.repeat(rng.uniform(-1.0, 1.0, (4, 3)), 75, axis=0)
+    log = log.assign(leg="wrist", **dict(zip(columns.RPY, held.T, strict=True)))
+    table = Table(log, tmp_path / "arm.csv", "")
+    assert not alarms(table, columns.hang_table(), recipe("hexapod").robot)
+    table = Table(log.assign(fx_n=log["fx_n"].where(log.index < 100, 0.1)), table.path, "")
+    assert "stuck_channel" in alarms(table, columns.hang_table(), recipe("hexapod").robot)

@@ -90,3 +90,13 @@ def test_a_hanging_legs_axes_are_screened_without_another_answer(
     monkeypatch.setattr(turned, "near_the_best", lambda every, *_: every)
     assert turned_when_hanging(logs, HangOptions(), given) == found
     assert fits > most_fits
+
+
+def test_no_single_axis_is_named_where_the_leg_would_hang_upwards() -> None:
+    """Turned as a whole but for one axis: with that one turned too its weight points up."""
+    hung = hang(np.random.default_rng(3), rows=300)
+    signs = np.array([-1.0, -1.0, -1.0, -1.0, -1.0, 1.0])
+    logs = [log.with_readings(log.readings * signs) for log in hung.logs]
+    given = fit_hang(logs)
+    assert given.values.weight_n < 0
+    assert turned_when_hanging(logs, HangOptions(), given) is None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
@@ -85,3 +86,36 @@ def test_the_angle_of_a_shaft_is_the_phase_of_a_leg(tmp_path: Path) -> None:
     phase = part.plan.entries["phase_rad"]
     assert phase.column is not None
     assert (phase.column.column, phase.unit) == ("Winkel [°]", "°")
+
+
+@pytest.mark.parametrize("first", ["left", "right"])
+def test_numbered_transducers_are_of_the_feet_that_stand(tmp_path: Path, first: str) -> None:
+    """FT1 is where the load falls when that foot steps; its z points down, by the CoM's motion."""
+    rng, n = np.random.default_rng(2), 400
+    t = np.arange(n) / 100
+    acc = np.column_stack([0.8 * np.sin(7 * t), 0.6 * np.cos(5 * t), 0 * t])
+    share = np.clip(0.5 + 0.9 * np.sin(2 * np.pi * t), 0, 1)
+    load = {"left": share, "right": 1 - share}
+    order = (first, "right" if first == "left" else "left")
+    down = np.array([1, -1, -1, 1, -1, -1])
+    wrench, names, body, called = [t], ["t"], [t], ["t"]
+    for i, side in enumerate(order):
+        force = 40 * load[side][:, None] * (acc + np.array([0, 0, 9.81]))
+        force += rng.normal(0, 0.5, (n, 3))
+        wrench += list((np.hstack([force, rng.normal(0, 0.1, (n, 3))]) * down).T)
+        names += [f"FT{i + 1}_{a}" for a in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
+    for side in ("left", "right"):
+        body += [np.cumsum(load[side] == 0) / 100, *np.tile([0.1, 0.0, 0.0], (n, 1)).T]
+        called += [f"{side}_foot_{a}" for a in ("x", "y", "z", "yaw")]
+    body += [*np.tile([0, 0, 0.8], (n, 1)).T, *acc.T]
+    called += [*(f"com_{a}" for a in "xyz"), *(f"com_acc_{a}" for a in "xyz")]
+    logs = [tmp_path / "ft.csv", tmp_path / "body.csv"]
+    for log, head, columns in ((logs[0], names, wrench), (logs[1], called, body)):
+        np.savetxt(log, np.column_stack(columns), "%.5f", ",", header=",".join(head), comments="")
+    parts, others = parts_of([guess_file(log) for log in logs])
+    plan = next(part.plan for part in parts if part.plan.role == "cells")
+    assert not others
+    taken = [plan.entries[f"{order[0]}_f{a}_n"].column for a in "xyz"]
+    assert [c and c.column for c in taken] == ["FT1_Fx", "FT1_Fy", "FT1_Fz"]
+    assert sum("transducer_rotation_rpy_rad = [-3.141593, 0, 0]" in x for x in plan.robot) == 2
+    assert not any("body = " in line for blank in plan.blanks for line in blank.lines)

@@ -28,7 +28,8 @@ from footcal_cli.tables.reading import BLANKS
     [
         ("Tx_lbf-in", "Tx", "lbf*in"), ("Mz N.mm", "Mz", "N*mm"),
         ("Torque X (N-m)", "Torque X", "N*m"), ("Kraft [kN]", "Kraft", "kN"),
-        ("load_kg", "load", "kg"), ("pos_n_m", "pos_n", "m"),
+        ("tx_kgfcm", "tx", "kgf*cm"), ("Mx [ft-lbs]", "Mx", "lbf*ft"), ("Mz (N·mm)", "Mz", "N*mm"),
+        ("load_kg", "load", "kg"), ("pos_n_m", "pos_n", "m"), ("t_min", "t", "min"),
         ("leg_L", "leg_L", None), ("counts", "counts", None),
     ],
 )  # fmt: skip

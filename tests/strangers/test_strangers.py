@@ -41,6 +41,7 @@ from tests.strangers import (
     twelfth_robots,
     twentieth,
     twenty_first,
+    twenty_second,
     unseen,
 )
 from tests.strangers.rigs import Write
@@ -72,7 +73,7 @@ SAMPLE = (
     sixteenth_robots.kuka_rsi_xml, seventeenth.linear_acceleration, seventeenth.what_was_on,
     seventeenth.reference_and_nominal_files, seventeenth.stamped_and_weighed,
     seventeenth.ten_samples_a_row, fourteenth_bench.tracer_daq, fourteenth_bench.openscale,
-    *twentieth.TWENTIETH, twenty_first.german_feet,
+    *twentieth.TWENTIETH, twenty_first.german_feet, *twenty_second.TWENTY_SECOND,
 )  # fmt: skip
 
 
@@ -113,6 +114,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "nineteenth",
         "twentieth",
         "twenty_first",
+        "twenty_second",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -122,6 +124,7 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "fifteenth": fifteenth.FIFTEENTH, "seventeenth": seventeenth.SEVENTEENTH,
         "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
         "twentieth": twentieth.TWENTIETH, "twenty_first": twenty_first.TWENTY_FIRST,
+        "twenty_second": twenty_second.TWENTY_SECOND,
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),

@@ -77,7 +77,7 @@ def _parts(channel: str) -> tuple[str, str]:
 def turned_when_hanging(
     logs: Sequence[Log], asked: HangOptions, given: HangFit
 ) -> TurnedAxis | None:
-    """The axis of one hanging leg whose sign is turned, if any.
+    """The axis of one hanging leg whose sign is turned, if any; it leaves the leg a weight > 0.
 
     Parameters
     ----------
@@ -92,9 +92,12 @@ def turned_when_hanging(
     still = zip(runs, given.at_rest(runs), strict=True)
     added = _norm([run.wrench - rest for run, rest in still], sd)
 
+    weight_n: dict[str, float] = {}
+
     def misfit(signs: FloatArray, _beyond: float) -> float:
         changed = [log.with_readings(log.readings * signs) for log in logs]
         fit = fit_hang(changed, asked)
+        weight_n[channels[int(np.argmin(signs))]] = fit.values.weight_n
         own = np.array([channel.sd for channel in fit.noise])
         return _norm(fit.residuals(hang_runs(changed)[0]), own) ** 2
 
@@ -102,7 +105,9 @@ def turned_when_hanging(
         left = roughly(signs)
         return np.inf if np.sqrt(left) > np.sqrt(beyond) + added else left
 
-    return _most_improved(misfit, channels, screened, _norm(given.residuals(runs), sd) ** 2)
+    found = _most_improved(misfit, channels, screened, _norm(given.residuals(runs), sd) ** 2)
+    # nothing hangs upwards: more than that one axis is turned
+    return found if found is None or weight_n[found.channels[0]] > 0 else None
 
 
 def _norm(parts: Sequence[FloatArray], sd: FloatArray) -> float:

@@ -16,6 +16,7 @@ from footcal_cli.core.hang.runs import blocked
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet
+from footcal_cli.core.plausibility import check_leg_weights
 from footcal_cli.core.pose.turned import hanging_axes
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, needs_time, of_cells
 from footcal_cli.intake.hang import hang_options, leg_logs
@@ -52,7 +53,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     options = hang_options(constant, recipe, measured=False)
     fits = {leg: fit_hang(logs, options) for leg, logs in undone.items()}
     logs, in_order = blocked(raw)
-    weight_n = sum(fit.values.weight_n for fit in fits.values()) / len(fits)
+    weight_n = sum(abs(fit.values.weight_n) for fit in fits.values()) / len(fits)
     chain, values, free = _model(session, fits, logs)
     case = Case(
         experiment=EXPERIMENT,
@@ -70,7 +71,9 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     untested = unseen_hanging()
     if not in_order:
         untested |= needs_time(EXPERIMENT, "time stamps start anew in every hanging")
-    return CaseRead(case, hanging_axes(undone, fits, options), untested)
+    weights = {leg: fit.values.weight_n for leg, fit in fits.items()}
+    found = hanging_axes(undone, fits, options) + check_leg_weights(weights, None)
+    return CaseRead(case, found, untested)
 
 
 MOST_SAMPLES = 2_000
