@@ -40,12 +40,12 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
             f"Nearest in the table: {nearest}. It is not reported: it does not predict blocks "
             "that were left out of the fit, or is not chosen without them."
         )
-    details += refused_lines(found.rounds[0].search.refused)
-    details += _scope_lines(found)
     details.append(
         "Not found does not mean absent: the column 'found from' says how large each effect must "
         "be for these data to show it (4 times in 5)."
     )
+    details += refused_lines(found.rounds[0].search.refused)
+    details += _scope_lines(found)
     details += cannot_lines(found, untested)
     if not any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects):
         return "Nothing was found because nothing could be looked for.", details
