@@ -30,11 +30,11 @@ def test_loads_in_the_recipe_and_the_temperature_in_the_log_are_read(
 ) -> None:
     """A zero that goes by 0.08 N/K, under 13 holds of 13 s whose loads the recipe gives in kg."""
     rng = np.random.default_rng(7)
-    time_s = 0.1 * np.arange(KG.size * 130)
+    time_s = 0.25 * np.arange(KG.size * 52)
     warm = 20 + 8 * np.sin(time_s / 30)
-    felt = 9.80665 * np.repeat(KG, 130) + 0.08 * (warm - 20) + 0.01 * rng.normal(size=time_s.size)
+    felt = 9.80665 * np.repeat(KG, 52) + 0.08 * (warm - 20) + 0.01 * rng.normal(size=time_s.size)
     rows = [
-        f"{t:.1f},{w:.3f},{2e5 + 3.5e4 * f:.0f}" for t, w, f in zip(time_s, warm, felt, strict=True)
+        f"{t:.2f},{w:.3f},{2e5 + 3.5e4 * f:.0f}" for t, w, f in zip(time_s, warm, felt, strict=True)
     ]
     names = "time_s,temperature_degc,cell_counts"
     (tmp_path / "log.csv").write_text("\n".join([names, *rows]) + "\n")
