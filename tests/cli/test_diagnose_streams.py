@@ -25,11 +25,19 @@ def test_samples_while_a_hand_puts_a_weight_on_do_not_count() -> None:
     assert at_rest(time_s, 50 * np.sin(time_s), PlateauSettings()).all()
 
 
-def test_loads_that_stand_in_the_recipe_with_their_unit_are_read(run: Run, tmp_path: Path) -> None:
+def test_loads_in_the_recipe_and_the_temperature_in_the_log_are_read(
+    run: Run, tmp_path: Path
+) -> None:
+    """A zero that goes by 0.08 N/K, under 13 holds of 13 s whose loads the recipe gives in kg."""
     rng = np.random.default_rng(7)
-    felt = 9.80665 * np.repeat(KG, 80) + 0.01 * rng.standard_normal(KG.size * 80)
-    rows = [f"{0.1 * i:.1f},{2e5 + 3.5e4 * f:.0f}" for i, f in enumerate(felt)]
-    (tmp_path / "log.csv").write_text("\n".join(["time_s,cell_counts", *rows]) + "\n")
+    time_s = 0.25 * np.arange(KG.size * 52)
+    warm = 20 + 8 * np.sin(time_s / 30)
+    felt = 9.80665 * np.repeat(KG, 52) + 0.08 * (warm - 20) + 0.01 * rng.normal(size=time_s.size)
+    rows = [
+        f"{t:.2f},{w:.3f},{2e5 + 3.5e4 * f:.0f}" for t, w, f in zip(time_s, warm, felt, strict=True)
+    ]
+    names = "time_s,temperature_degc,cell_counts"
+    (tmp_path / "log.csv").write_text("\n".join([names, *rows]) + "\n")
     said = ", ".join(f"{kg:g}" for kg in KG)
     (tmp_path / "r.toml").write_text(
         f'[robot]\nchannels = ["cell"]\n[offline_fit.plateaus]\nloads = "{said} kg"\n'
@@ -40,5 +48,7 @@ def test_loads_that_stand_in_the_recipe_with_their_unit_are_read(run: Run, tmp_p
         "--out", tmp_path / "out",
     )  # fmt: skip
     assert answer.exit_code == 0, answer.err
-    found = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
-    assert found.verdict in ("none", "underpowered")
+    (cause,) = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json").causes
+    assert cause.effect == "temperature_bias"
+    assert cause.sd is not None
+    assert abs(cause.size - 0.08) < 4 * cause.sd

@@ -130,11 +130,15 @@ def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> 
         for table in tables:
             counts, load = table.number(f"{channel}_counts"), _loads(session, table, channel)
             good = np.isfinite(counts) & (np.isfinite(load) | ("load_n" not in table))
+            time_s, load = table.number("time_s")[good], load[good]
             if "load_n" in table:
-                good[good] = at_rest(table.number("time_s")[good], load[good], _plateaus(session))
+                load = np.where(at_rest(time_s, load, _plateaus(session)), load, np.nan)
+            known = {"load_n": load[:, None]}
+            if np.isfinite(warmth := table.optional("temperature_degc")[good]).all():
+                known["temperature_degc"] = warmth
             log = Log(
-                "weights", (channel,), table.number("time_s")[good], counts[good, None],
-                {"load_n": load[good, None]}, np.zeros(int(good.sum()), dtype=np.int64),
+                "weights", (channel,), time_s, counts[good, None], known,
+                np.zeros(load.size, dtype=np.int64),
             )  # fmt: skip
             logs.append(cut_blocks(log, even_cycles(log, 1.0), _BLOCK_S, _GAP_S))
     return logs
