@@ -105,7 +105,7 @@ _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.I
 _F_OF = 3
 _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
-    ("rohwert", "reading"),
+    ("rohwert", "reading"), ("wellenwinkel", "phase"), ("beinwinkel", "phase"),
 )  # fmt: skip
 """How compound words end that say what a column is: ``Prüfgewicht``."""
 _ANGLES = {

@@ -46,7 +46,8 @@ def test_a_row_of_units_is_no_row_of_names() -> None:
     ("name", "quantity", "axis"),
     [
         ("bank_deg", "angle", "roll"), ("Nickwinkel [deg]", "angle", "pitch"),
-        ("heading", "angle", "yaw"), ("Mx(Nmm)", "force", "tx"), ("Température (°C)",
+        ("FL_Wellenwinkel", "phase", ""), ("heading", "angle", "yaw"),
+        ("Mx(Nmm)", "force", "tx"), ("Température (°C)",
          "temperature", ""), ("qw", "quaternion", "w"),
     ],
 )  # fmt: skip
