@@ -177,7 +177,9 @@ def recorded(file: FileGuess, load: ColumnGuess) -> bool:
 
 def _noted(load: ColumnGuess) -> bool:
     """Whether most rows have another load than the one before: nobody records that."""
-    return load.values is not None and float(np.mean(np.diff(load.values) != 0)) > _OFTEN
+    if load.values is None or load.values.size < 2:
+        return False
+    return float(np.mean(np.diff(load.values) != 0)) > _OFTEN
 
 
 def noted_in_seconds(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -148,7 +148,7 @@ def _undecided(answer: Answer, cells: int, alone: Sequence[ChannelStudy]) -> Ans
         level="warning",
         sentence=(
             f"{f'{len(alone)} of {cells} cells need' if cells > 1 else 'The only cell needs'} more "
-            "than a scale and a bias, but too few blocks show it to name the cause."
+            f"than a scale and a bias. {answer.verdict.sentence}"
         ),
         actions=("Record more sessions of these cells to have the cause named.",),
         details=(
