@@ -127,7 +127,7 @@ def _columns(ideal: Case, rows: Rows) -> tuple[FloatArray, list[Signature]]:
     """What a usual size of each imperfection adds to the residual, shape (m, k)."""
     present = {link.effect.name for link in ideal.chain.links}
     known = set.intersection(*(set(log.known) for log in ideal.logs))
-    columns, signatures = [np.empty((rows.row.size, 0))], []
+    columns, signatures, seen = [np.empty((rows.row.size, 0))], [], ideal.memory()
     for item in ideal.experiment.imperfections:
         effect = item.effect
         if effect.name in present or not known.issuperset(effect.needs):
@@ -135,7 +135,7 @@ def _columns(ideal: Case, rows: Rows) -> tuple[FloatArray, list[Signature]]:
         for name, usual in item.usual.items():
             size = next(p for p in effect.sizes if p.name == name)
             for where, owners in _each(ideal, effect):
-                column = usual * derivative(ideal, rows, effect, size, dict(owners), {})
+                column = usual * derivative(ideal, rows, effect, size, dict(owners), {}, seen=seen)
                 if np.sqrt(np.mean(column**2)) > _NOTHING:
                     columns.append(column[:, None])
                     signatures.append(

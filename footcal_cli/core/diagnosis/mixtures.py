@@ -85,9 +85,16 @@ def mixtures_of(ideal: Case, rows: Rows) -> FloatArray:
     rows
         Which errors count.
     """
+    seen = ideal.memory()
     found = [
         derivative(
-            ideal, rows, MIXTURE, MIXTURE.size, {cell: (cell,)}, {"heard_from": float(before)}
+            ideal,
+            rows,
+            MIXTURE,
+            MIXTURE.size,
+            {cell: (cell,)},
+            {"heard_from": float(before)},
+            seen=seen,
         )
         for cells in _feet(ideal)
         for cell in cells

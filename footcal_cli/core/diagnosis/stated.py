@@ -87,10 +87,11 @@ def _other_forms(
     size = next(p for p in effect.sizes if p.name == parameter)
     bare = subject.case.extended(*_without(model, link))
     ideal = balanced(bare, bare.values, bare.chain).extended(bare.chain, bare.values)
-    forms = _forms(ideal, effect, held, mine)
+    forms, seen = _forms(ideal, effect, held, mine), ideal.memory()
+    owners = {owner: link.owners[owner]}
     columns = np.stack(
         [
-            derivative(ideal, subject.rows, effect, size, {owner: link.owners[owner]}, form)
+            derivative(ideal, subject.rows, effect, size, owners, form, seen=seen)
             for form in (mine, *forms)
         ],
         axis=1,

@@ -162,9 +162,10 @@ def loads_of(ideal: Case, channels: Sequence[str]) -> dict[str, FloatArray]:
 
 def knees_at(ideal: Case, rows: Rows, channel: str, knees: Iterable[float]) -> list[FloatArray]:
     """What a knee of a channel adds to the residual at each of some loads, shape (m,) each."""
-    owners = {channel: (channel,)}
+    owners, seen = {channel: (channel,)}, ideal.memory()
     return [
-        derivative(ideal, rows, KNEE, KNEE.size, owners, {"knee": float(knee)}) for knee in knees
+        derivative(ideal, rows, KNEE, KNEE.size, owners, {"knee": float(knee)}, seen=seen)
+        for knee in knees
     ]
 
 

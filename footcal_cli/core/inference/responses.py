@@ -108,15 +108,10 @@ class Responses:
 
             every = moved(high, units)
             gains = self._gains_of(i)
-            columns = dict(
-                zip(
-                    units_of(effect.scope, log.channels),
-                    columns_of(effect.scope, log.channels),
-                    strict=True,
-                )
-            )
+            there = units_of(effect.scope, log.channels)
+            columns = dict(zip(there, columns_of(effect.scope, log.channels), strict=True))
             if key not in self._apart and np.any(every.readings != gains.truth.readings):
-                ends = list(columns)[:: max(len(columns) - 1, 1)] if len(columns) > 1 else []
+                ends = there[:: len(there) - 1] if len(there) > 1 else ()
                 self._apart[key] = all(
                     _alone(gains.truth, moved(high, [u]), every, columns[u]) for u in ends
                 )
