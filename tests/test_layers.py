@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import ast
+import gc
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from runpy import run_path
+
+import pytest
 
 from footcal_cli.core.effects import TABLE
 
@@ -75,6 +79,14 @@ EFFECT_NAMES_OUTSIDE: dict[str, set[str]] = {
     "intake/rigid_body.py": {"offset"},
     "sniff/names.py": {"mass"},
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _no_collection() -> Iterator[None]:
+    """Trees of a thousand files are kept: to look for garbage in them takes most of the time."""
+    gc.disable()
+    yield
+    gc.enable()
 
 
 @cache

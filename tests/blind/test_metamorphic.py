@@ -89,6 +89,7 @@ def test_something_was_found_at_all(before: dict[str, Any]) -> None:
     assert before["verdict"] in ("named", "ambiguous", "named+unknown")
 
 
+@pytest.mark.slow
 def test_a_calibration_direction_in_the_data_changes_no_p_value(
     trial: Path, before: dict[str, Any], tmp_path: Path
 ) -> None:

@@ -171,6 +171,7 @@ def _statistic(law: Whitening, effect: Array, rival: Array) -> Array:
     )
 
 
+@pytest.mark.slow
 def test_the_oracle_knows_its_law_in_pairs_and_drifting_walks() -> None:
     pair = drawn(Cell("pair", "placements", ("crosstalk/table", "wrong_weight/label"), 0.6), 3)
     rights = [effect["right"] for effect in pair.effects]

@@ -115,6 +115,7 @@ def test_a_blind_diagnosis_fails_what_it_should(verdict: dict[str, Any], met: se
     assert {d.score for d in DEMANDS if d.share(scores).trials and d.met(scores)} == met
 
 
+@pytest.mark.slow
 def test_random_verdicts_fill_every_panel(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     cells = plan_cells()

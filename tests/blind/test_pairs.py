@@ -13,6 +13,7 @@ from tests.blind.scoring import Verdict
 from tests.blind.trials import make_trial
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("experiment", "hidden", "seed"),
     [

@@ -25,7 +25,7 @@ def test_other_forms_widen_an_interval_in_proportion() -> None:
     assert in_any_form(own, [-1.0]) == Interval(-2.0, -3.0, -0.5)
 
 
-@pytest.mark.parametrize("rho", [0.5, 1.0])
+@pytest.mark.parametrize("rho", [pytest.param(0.5, marks=pytest.mark.slow), 1.0])
 def test_what_a_cell_hears_of_a_plane_is_stated_in_the_forms_that_data_leave_open(
     tmp_path: Path, rho: float
 ) -> None:

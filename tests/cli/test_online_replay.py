@@ -114,6 +114,7 @@ def _true_cop(walk: Recording) -> np.ndarray:
     return np.asarray(np.einsum("nc,nck->nk", walk.force, walk.cells) / total)
 
 
+@pytest.mark.slow
 def test_losing_samples_costs_only_those_samples(run: Run, walk: Recording, tmp_path: Path) -> None:
     counts = walk.counts.copy()
     counts[800:820, 3] = np.nan
@@ -184,6 +185,7 @@ def test_gates_judge_against_the_baseline_that_the_verdict_quotes(
     assert "cop: RMSE against baseline" in answer.err
 
 
+@pytest.mark.slow
 def test_effects_of_a_calibration_are_undone_before_the_walk_is_judged(
     run: Run, brief: Recording, tmp_path: Path
 ) -> None:

@@ -26,7 +26,8 @@ def _halves(folder: Path, log: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("command", "log"), [("static-init", "stand"), ("online-replay", "walk_004")]
+    ("command", "log"),
+    [("static-init", "stand"), pytest.param("online-replay", "walk_004", marks=pytest.mark.slow)],
 )
 def test_a_stream_in_two_files_moves_nothing(
     run: Run, command: str, log: str, tmp_path: Path

@@ -50,6 +50,7 @@ def next_commands(biped: Path, out: Path, *given: object) -> None:
         assert run(command, *logs, *asked) == 0, command
 
 
+@pytest.mark.slow
 def test_stand_and_walk_run_with_the_recipe_alone(biped: Path, tmp_path: Path) -> None:
     next_commands(biped, tmp_path)
 

@@ -293,6 +293,7 @@ def test_no_memory_is_no_missed_gate(tmp_path: Path) -> None:
     assert ended(forked(words, ("open", log.name, 1, "memory"))) == 74
 
 
+@pytest.mark.slow
 def test_a_calibration_that_missed_its_gate_is_not_up_to_date(tmp_path: Path) -> None:
     log, out = bench(tmp_path / "w.csv"), tmp_path / "out"
     (tmp_path / "Makefile").write_text(
@@ -366,6 +367,7 @@ def test_two_rows_are_no_good_calibration(tmp_path: Path) -> None:
     assert done.returncode or level(tmp_path / "out") != "good"
 
 
+@pytest.mark.slow
 def test_the_calibration_of_a_clean_bench_serves_the_next_command(
     biped: Path, tmp_path: Path
 ) -> None:

@@ -45,6 +45,7 @@ def test_a_size_is_stated_for_every_shape_that_no_refit_moves(experiment: str, n
     assert not own.low < true < own.high
 
 
+@pytest.mark.slow
 def test_what_one_cell_may_hold_is_not_called_absent_of_all() -> None:
     """Seven sessions of one cell show what all cells together would hide, not which drift it is."""
     world = WORLDS["weights"]

@@ -301,7 +301,10 @@ def test_error_matches_sd_over_forty_seeds(effect: Effect, experiment: str) -> N
     assert 0.85 <= rms(pulls(effect, experiment, SEEDS)) <= 1.15
 
 
-@pytest.mark.parametrize("experiment", EXPERIMENTS)
+@pytest.mark.parametrize(
+    "experiment",
+    [pytest.param(e, marks=[pytest.mark.slow] if FEET in e else []) for e in EXPERIMENTS],
+)
 def test_error_matches_sd(experiment: str) -> None:
     """A few seeds per effect: none may be far off, and together they must match."""
     seen = [effect for effect, where in TRIED if where == experiment]

@@ -60,6 +60,7 @@ def test_hysteresis_of_a_third_of_a_percent_is_found_and_sized() -> None:
             assert size == pytest.approx(0.18, rel=0.2)
 
 
+@pytest.mark.slow
 def test_what_hysteresis_does_to_the_affine_scale_is_stated() -> None:
     """Play from rest is behind all the way up and ahead all the way down, but not at both ends."""
     found = climbed(replace(HYSTERETIC, noise_n=0.01), range(2))

@@ -20,7 +20,15 @@ def test_one_block_is_ordinary_least_squares() -> None:
     assert fit.dof.tolist() == [37.0] * 3
 
 
-@pytest.mark.parametrize(("sessions", "sd_between"), [(4, 0.3), (6, 0.3), (6, 0.1), (10, 0.05)])
+@pytest.mark.parametrize(
+    ("sessions", "sd_between"),
+    [
+        (4, 0.3),
+        pytest.param(6, 0.3, marks=pytest.mark.slow),
+        pytest.param(6, 0.1, marks=pytest.mark.slow),
+        (10, 0.05),
+    ],
+)
 def test_intervals_cover_with_session_offsets(sessions: int, sd_between: float) -> None:
     rng = np.random.default_rng(sessions)
     session = np.repeat(np.arange(sessions), 15)

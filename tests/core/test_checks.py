@@ -126,6 +126,7 @@ def test_two_holes_written_for_each_other_are_named_and_no_others() -> None:
         assert where == {f"hole {one}", f"hole {other}"}
 
 
+@pytest.mark.slow
 def test_readings_of_one_load_under_each_others_names_are_named() -> None:
     rng = np.random.default_rng(3)
     loads = np.tile([0.0, 1, 2, 5, 10, 20, 30, 20, 10, 5, 2, 1, 0], 3)

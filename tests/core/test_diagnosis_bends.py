@@ -89,6 +89,7 @@ def test_a_fold_that_was_taken_for_a_parabola_shows(seed: int) -> None:
     assert found.spoils(REMOVED, RULES)
 
 
+@pytest.mark.slow
 def test_the_f_test_of_knees_keeps_its_level() -> None:
     p = []
     for seed in range(200):
@@ -101,7 +102,10 @@ def test_the_f_test_of_knees_keeps_its_level() -> None:
     assert np.sum(np.array(p) < 0.5) > 60
 
 
-@pytest.mark.parametrize("share", [0.0, 0.1, 1.0])
+@pytest.mark.parametrize(
+    "share",
+    [pytest.param(0.0, marks=pytest.mark.slow), 0.1, pytest.param(1.0, marks=pytest.mark.slow)],
+)
 def test_a_bend_is_seldom_larger_than_its_bound(share: float) -> None:
     """Of 200 parabolas beside a gain at most as many exceed it as 95 % allow; known noise."""
     beyond, bounds = 0, []

@@ -140,9 +140,10 @@ def test_balanced_readings_share_no_noise_with_the_residual() -> None:
             ("hysteresis", {"all": ROBOT.channels}, {"all.hysteresis_width": 0.3}),
             "hysteresis_width",
         ),
-        (
+        pytest.param(
             ("creep", {"all": ROBOT.channels}, {"all.creep": 0.01, "all.creep_time": 60.0}),
             "creep",
+            marks=pytest.mark.slow,
         ),
     ],
 )

@@ -257,6 +257,7 @@ def test_the_excess_of_an_error_and_its_interval() -> None:
     assert found.high - found.value == pytest.approx(stats.t.ppf(0.975, 3) * spread)
 
 
+@pytest.mark.slow
 def test_a_broken_line_keeps_its_exact_alias() -> None:
     broken = ("hinge", {"all": ROBOT.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
     found = investigate(weights_case(13, broken), CURVES, describe)
@@ -267,7 +268,10 @@ def test_a_broken_line_keeps_its_exact_alias() -> None:
     "knee",
     [
         ("hinge", {"all.hinge": 0.05, "all.hinge_load": 6.0}),
-        ("dead_zone", {"all.dead_zone": 0.05, "all.dead_zone_width": 6.0}),
+        pytest.param(
+            ("dead_zone", {"all.dead_zone": 0.05, "all.dead_zone_width": 6.0}),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_pulling_tells_a_hinge_from_a_dead_zone(knee: tuple[str, dict[str, float]]) -> None:
@@ -295,7 +299,7 @@ def softly_deaf(seed: int, share: float, width_n: float, plan: WeightsPlan) -> C
 
 
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("width_n", [9.0, 13.5])
+@pytest.mark.parametrize("width_n", [9.0, pytest.param(13.5, marks=pytest.mark.slow)])
 def test_four_loads_do_not_tell_a_soft_dead_zone_from_a_smooth_curve(
     seed: int, width_n: float
 ) -> None:

@@ -55,6 +55,7 @@ def found_in(problem: Problem) -> Curve:
     return strongest_curve(grams, features, grams.calibration, problem.residual.size)
 
 
+@pytest.mark.slow
 def test_noise_bends_with_nothing() -> None:
     rng = np.random.default_rng(1)
     p = np.array(

@@ -89,7 +89,9 @@ def test_clean_data_name_nothing(noise: str) -> None:
     assert all(row.status != EffectStatus.PRESENT for row in answer.effects)
 
 
-@pytest.mark.parametrize("effect", EFFECTS[1::2])
+@pytest.mark.parametrize(
+    "effect", [*EFFECTS[1::4], *(pytest.param(e, marks=pytest.mark.slow) for e in EFFECTS[3::4])]
+)
 def test_a_hidden_effect_is_named_or_among_its_rivals(effect: str) -> None:
     answer = run(700 + EFFECTS.index(effect), [(effect, 1.0)])
     assert answer.verdict in ("named", "ambiguous", "named+unknown")
@@ -133,6 +135,7 @@ def test_look_alikes_are_both_kept_until_the_data_tell() -> None:
     assert not answer.causes[0].rivals
 
 
+@pytest.mark.slow
 def test_a_look_alike_has_not_the_same_size_everywhere() -> None:
     true = run(825, [("delay", 1.5)])
     assert true.form is not None
@@ -242,6 +245,7 @@ def test_a_driver_that_did_not_move_is_not_testable() -> None:
     assert "calibration absorbs nearly all" in row.reason
 
 
+@pytest.mark.slow
 def test_sizes_that_would_have_been_found_are_found() -> None:
     clean = run(870, [], "ar9")
     row = next(r for r in clean.effects if r.signature.effect == "shear")

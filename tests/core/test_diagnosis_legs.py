@@ -100,6 +100,7 @@ def test_what_poses_show_is_found(effect: str) -> None:
             assert alike <= named(found), "no pose can tell them apart"
 
 
+@pytest.mark.slow
 def test_a_small_coupling_that_poses_show_for_certain_is_named_and_called_small() -> None:
     """Which cause it is and whether it matters are two questions; a p of 1e-4 answers the first."""
     coupled = distorting("cross_coupling", "mr", {"coupling_fx_fz": 0.02})

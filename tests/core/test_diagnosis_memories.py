@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.signals import describe
@@ -121,6 +122,7 @@ def test_a_foreign_loop_is_no_creep() -> None:
     assert with_rivals(investigate(distorted(3, loop), MEMORY, describe)) == {"hysteresis"}
 
 
+@pytest.mark.slow
 def test_a_creep_of_two_stages_is_no_loop() -> None:
     def creep(x: FloatArray, time_s: FloatArray) -> FloatArray:
         return 0.02 * (0.4 * follower(x, time_s, 15.0) + 0.6 * follower(x, time_s, 120.0))

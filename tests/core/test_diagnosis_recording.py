@@ -99,6 +99,7 @@ def test_few_long_stances_are_cut_further() -> None:
     assert cut_stances(_stances(2, 31.0)).block.max() + 1 == 20
 
 
+@pytest.mark.slow
 def test_neighbouring_blocks_of_a_walk_are_independent() -> None:
     """Lag-one correlation of block scores; of B independent ones about their mean it is −1/B."""
     excess = []

@@ -177,6 +177,7 @@ def law_of(problem: Problem) -> FloatArray:
     return law.variance[[0, -1]]
 
 
+@pytest.mark.slow
 def test_an_effect_does_not_hide_behind_the_variance_that_it_makes() -> None:
     """With a gain hidden, variances are what they are without it; not fitted, they are tenfold."""
     clean, hidden, blind = [], [], []

@@ -91,6 +91,7 @@ def test_rows_within_a_stance_are_as_noisy_as_its_pieces_are() -> None:
     assert np.sqrt(np.mean(np.square(sd))) == pytest.approx(WITHIN, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_bend_is_known_as_well_as_the_true_law_of_the_noise_allows() -> None:
     """Nearly: consistent with its sd, and that half as large again as the least possible.
 
@@ -131,6 +132,7 @@ def test_nothing_is_taken_for_an_effect_more_often_than_said() -> None:
     assert np.mean(np.abs(z) > stats.t.isf(0.025, 20)) < 0.05 + 3 * np.sqrt(0.05 / 100)
 
 
+@pytest.mark.slow
 def test_noise_of_stances_bends_with_nothing() -> None:
     """Pieces of one stance are no observations apart: 3 % and less of clean logs below 0.03."""
     p = []

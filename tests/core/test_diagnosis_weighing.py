@@ -33,7 +33,7 @@ def test_clean_cells_are_named_no_more_often_than_said(unlike: float) -> None:
         assert np.mean(p < level) < 1.3 * level + 2.0 * np.sqrt(level / p.size)
 
 
-@pytest.mark.parametrize("each", [2, 4])
+@pytest.mark.parametrize("each", [2, pytest.param(4, marks=pytest.mark.slow)])
 def test_a_few_sessions_of_each_clean_cell_keep_the_level(each: int) -> None:
     """Student's t with the scatter of all cells is exact; the floor of a cell's own is safe."""
     rng = np.random.default_rng(3)

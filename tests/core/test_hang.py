@@ -122,6 +122,7 @@ def test_error_reaches_the_bound_and_intervals_cover(memory_s: float, seeds: int
     assert 0.93 <= covered <= 0.97
 
 
+@pytest.mark.slow
 def test_counting_every_sample_as_independent_covers_too_little() -> None:
     covered = np.mean(np.abs(study(40, 2.0, white=True).standard) < 1.96)
     assert covered < 0.75

@@ -44,6 +44,7 @@ def test_smoother_agrees_with_the_batch_solution() -> None:
         np.testing.assert_allclose(covariances[i], covariance[at, at], atol=1e-10)
 
 
+@pytest.mark.slow
 def test_stepwise_weight_is_low_by_the_cosine_of_the_tilt_and_joint_is_not() -> None:
     tilt = np.deg2rad(2.0)
     error = np.array(

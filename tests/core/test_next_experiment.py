@@ -123,6 +123,7 @@ def test_aliases_of_a_robot_find_their_experiment(
     assert menu.prospects[0].plan.id in expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rival", ["load_bypass", "hinge"])
 def test_a_scale_settles_a_wrong_mass_whatever_copies_it(rival: str) -> None:
     menu = menu_for([contender("mass"), contender(rival)], TABLE, WALKER)

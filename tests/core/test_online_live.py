@@ -40,6 +40,7 @@ def walk() -> Recording:
     return record(make_walk(0.04, 25.0, seed=6), ERRORS, seed=6)
 
 
+@pytest.mark.slow
 def test_what_comes_later_does_not_change_what_was_said(walk: Recording) -> None:
     log, belief = walk_log(walk, causal=True), belief_of(walk)
     whole = run_live(log, belief).track
@@ -54,6 +55,7 @@ def test_what_comes_later_does_not_change_what_was_said(walk: Recording) -> None
     np.testing.assert_allclose(part.sd[:u, kept], whole.sd[:u, kept], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_live_is_nearly_as_good_as_after_the_fact(walk: Recording) -> None:
     log, belief = walk_log(walk, causal=True), belief_of(walk)
     memory = run_live(log, belief)

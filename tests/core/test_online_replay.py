@@ -72,6 +72,7 @@ def real() -> list[Case]:
     return [Case(REAL, 1, 0.02), Case(REAL, 2, 0.1)]
 
 
+@pytest.mark.slow
 def test_memory_beats_the_window_at_its_best_weight(real: list[Case]) -> None:
     ratios = [
         np.divide(case.error(case.of_memory()), case.error(case.of_window())) for case in real
@@ -214,7 +215,7 @@ def test_sensitivity_is_one_pass_and_its_middle_is_the_run_itself(real: list[Cas
     assert len({round(float(c.cop_m[2]), 12) for c in paper}) == 1
 
 
-@pytest.mark.parametrize("share", [0.3, -0.2])
+@pytest.mark.parametrize("share", [pytest.param(0.3, marks=pytest.mark.slow), -0.2])
 def test_without_angular_momentum_the_share_of_the_motion_is_found(share: float) -> None:
     """Exact by Newton and Euler: no L̇, and a reported c̈ of 1 / (1 + s), is L̇ of s m cᶻ c̈."""
     motion = make_walk(0.04, 60.0, 3, swing=0.0)

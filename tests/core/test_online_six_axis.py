@@ -230,6 +230,7 @@ def test_scales_are_left_alone_where_the_motion_tells_too_little() -> None:
     assert vertical == pytest.approx([0.0, 0.0], abs=0.05)
 
 
+@pytest.mark.slow
 def test_noise_does_not_pull_scales_of_axes_that_hardly_feel_anything() -> None:
     """Half a newton of noise on pushes of one newton: −0.16 ± 0.02 by the block's own reading."""
     scores = []

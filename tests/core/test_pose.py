@@ -135,6 +135,7 @@ def foot_force_rmse(one: Case, fit_rot: Array, offset: Array, weight: Array) -> 
     return rms(ground - one.standing.ground_b)
 
 
+@pytest.mark.slow
 def test_low_noise_accuracy_and_coverage() -> None:
     angle, hip, force, standard = [], [], [], []
     for seed in range(24):
@@ -259,6 +260,7 @@ def test_a_prior_that_learns_nothing_is_reported_as_such() -> None:
     assert one.fit().estimates().status[0] is Status.ESTIMATED
 
 
+@pytest.mark.slow
 def test_the_alternating_scheme_is_right_but_stops_early_and_as_printed_is_biased() -> None:
     one = case(8, friction_n=3.0)
     com = np.stack([com_m(one.data.phase_rad[:, k]) for k in range(6)], axis=1)

@@ -51,6 +51,7 @@ def test_the_true_model_is_chosen_at_the_papers_noise(rounds: int) -> None:
     assert right[Structure.SINGLE] == rounds, "no structure where there is none"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("structure", list(Structure))
 def test_the_true_model_is_chosen_where_the_noise_level_is_unknown(structure: Structure) -> None:
     """Every candidate estimates a level of its own; they are compared in one."""

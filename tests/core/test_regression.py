@@ -66,7 +66,9 @@ def bench(seed: int, repeats: int = 5, noise_n: float = 0.02) -> tuple[FloatArra
     return load, counts
 
 
-@pytest.mark.parametrize("method", ["ordinary", "weighted", "robust"])
+@pytest.mark.parametrize(
+    "method", ["ordinary", "weighted", pytest.param("robust", marks=pytest.mark.slow)]
+)
 def test_truth_is_recovered_consistently(method: Method) -> None:
     z, inside = [], 0
     for seed in range(300):

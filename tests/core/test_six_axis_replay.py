@@ -64,6 +64,7 @@ def test_errors_are_as_large_as_their_sd_and_innovations_as_claimed() -> None:
     assert ratios == pytest.approx([1.0] * 2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_free_scales_do_not_shrink_with_the_noise() -> None:
     """Were the mass free as well, all forces and the mass would shrink together by 7 sd."""
     made = walk(23, duration_s=40.0)
@@ -91,6 +92,7 @@ def test_a_delay_of_the_body_stream_is_found_with_its_sd() -> None:
     assert np.sqrt(np.mean(np.square(free))) < 1.6
 
 
+@pytest.mark.slow
 def test_totals_that_ask_for_different_delays_are_told_and_none_is_taken_out() -> None:
     made = walk(36)
     acc = made.log.known["com_acc_mps2"].copy()
@@ -130,6 +132,7 @@ def test_an_update_that_teaches_nothing_changes_nothing() -> None:
     np.testing.assert_allclose(found.estimates.sd[~walked], found.rows.prior_sd[~walked], rtol=0.01)
 
 
+@pytest.mark.slow
 def test_a_wrong_model_gets_less_weight_until_the_innovations_fit() -> None:
     """The robot's forward motion is half invented; it repeats with the gait, unlike any noise."""
     made = walk(35)
@@ -155,6 +158,7 @@ def test_phases_of_one_sample_are_broken_readings_at_the_ends_of_a_log_too() -> 
     assert np.flatnonzero(found[:, 0]).tolist() == [120, 140, 280, 399]
 
 
+@pytest.mark.slow
 def test_a_walk_s_calibration_does_not_depend_on_the_heading() -> None:
     made = walk(3, 16.0)
     elsewhere = replace(made, log=turned_world(made.log, -2.2, np.array([30.0, -70.0])))

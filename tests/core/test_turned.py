@@ -34,7 +34,7 @@ def test_a_robot_that_is_mounted_as_said_is_not_called_turned(stood: Case) -> No
 @pytest.mark.parametrize(
     ("turn", "words", "renamed"),
     [
-        (HALF_ABOUT_Z, "half a turn about z", True),
+        pytest.param(HALF_ABOUT_Z, "half a turn about z", True, marks=pytest.mark.slow),
         (QUARTER_ABOUT_X, "a quarter turn about x", False),
     ],
 )
@@ -65,7 +65,14 @@ def test_exchanged_plugs_are_no_mounting_error(stood: Case) -> None:
     assert not standing_axes(stood.data, stood.legs, stood.noise_sd, 0.05, 0.005)
 
 
-@pytest.mark.parametrize(("axes", "most_fits"), [([0], 5), ([], 0), ([0, 1, 2], 0)])
+@pytest.mark.parametrize(
+    ("axes", "most_fits"),
+    [
+        ([0], 5),
+        pytest.param([], 0, marks=pytest.mark.slow),
+        pytest.param([0, 1, 2], 0, marks=pytest.mark.slow),
+    ],
+)
 def test_a_hanging_legs_axes_are_screened_without_another_answer(
     axes: list[int], most_fits: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

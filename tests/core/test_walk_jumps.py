@@ -40,9 +40,16 @@ def diagnosed(seed: int) -> Investigation:
     return investigate(walk_case(seed, hidden, duration_s=DURATION_S), TABLE, describe)
 
 
-def test_a_jump_is_named_with_its_cell_its_moment_and_an_interval_that_holds() -> None:
+@pytest.mark.parametrize(
+    ("seeds", "low", "high"),
+    # chi-squared of so many: 99 % of RMS errors lie in between, in sd
+    [(2, 0.07, 2.30), pytest.param(6, 0.34, 1.76, marks=pytest.mark.slow)],
+)
+def test_a_jump_is_named_with_its_cell_its_moment_and_an_interval_that_holds(
+    seeds: int, low: float, high: float
+) -> None:
     errors = []
-    for seed in range(6):
+    for seed in range(seeds):
         cell, size, at = drawn(seed)
         found = diagnosed(seed)
         assert found.verdict == "named"
@@ -52,8 +59,7 @@ def test_a_jump_is_named_with_its_cell_its_moment_and_an_interval_that_holds() -
         assert item.placed["jump_time"] == pytest.approx(at, abs=CYCLE_S)
         stated = item.cause.size
         errors.append((stated.value - size) / ((stated.high - stated.low) / (2 * 1.96)))
-    # chi-squared of six: 99 % of RMS errors lie between 0.34 and 1.76 sd
-    assert 0.34 < np.sqrt(np.mean(np.square(errors))) < 1.76
+    assert low < np.sqrt(np.mean(np.square(errors))) < high
 
 
 def test_what_settles_after_a_jump_is_its_form_and_another_jump_is_not() -> None:
@@ -78,7 +84,7 @@ def test_a_jump_that_settles_is_named_all_the_same() -> None:
     assert found.found[0].owner == cell
 
 
-@pytest.mark.parametrize("seed", [20, 21])
+@pytest.mark.parametrize("seed", [20, pytest.param(21, marks=pytest.mark.slow)])
 def test_a_cable_that_comes_and_goes_is_no_jump(seed: int) -> None:
     cell, size, _ = drawn(seed)
     case = walk_case(seed, None, duration_s=DURATION_S)
@@ -94,8 +100,8 @@ def test_a_cable_that_comes_and_goes_is_no_jump(seed: int) -> None:
 
 def test_the_figure_shows_the_cell_that_jumped() -> None:
     """Means of swings lie on two levels without the jump in the model, and on one with it."""
-    cell, size, at = drawn(3)
-    found = diagnosed(3)
+    cell, size, at = drawn(1)
+    found = diagnosed(1)
     levels = []
     for problem in (found.problem, found.final):
         time_s, mean, unit = at_rest(problem, channel_of(found))

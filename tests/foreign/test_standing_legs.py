@@ -65,6 +65,7 @@ def mounting_errors(fit: PoseFit, seed: int) -> tuple[Array, Array]:
     return error, np.concatenate([sd[:36], sd[-1:]])
 
 
+@pytest.mark.slow
 def test_a_robot_stated_too_heavy_is_told_and_a_right_one_is_not() -> None:
     _, clean, agree = fitted(31, 20.0)
     assert agree

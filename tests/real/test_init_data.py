@@ -86,7 +86,17 @@ def test_transducers_in_series_are_compared_by_the_guessed_recipe(
     assert found[0] == pytest.approx(found[1], rel=0.05)
 
 
-@pytest.mark.parametrize("trial", ["14_1", "14_2", "14_3", "14_4", "16_1", "16_2", "16_4"])
+@pytest.mark.parametrize(
+    "trial",
+    [
+        "14_1",
+        *(
+            pytest.param(trial, marks=pytest.mark.slow)
+            for trial in ("14_2", "14_3", "14_4", "16_1", "16_2")
+        ),
+        "16_4",
+    ],
+)
 def test_the_mounting_of_ankle_transducers_is_found(
     trial: str, real_data: Path, run: Run, tmp_path: Path
 ) -> None:
