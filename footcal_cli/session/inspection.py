@@ -17,6 +17,7 @@ from footcal_cli.core.body_positions import check_positions
 from footcal_cli.core.checks import siblings, units
 from footcal_cli.core.checks.impossible import check_impossible
 from footcal_cli.core.checks.intermittent import check_loose_cells, check_spells
+from footcal_cli.core.checks.labels import check_labels
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_scale, check_shares
 from footcal_cli.core.quality import Finding
@@ -116,7 +117,8 @@ def _weights(table: Table, robot: Robot) -> list[Finding]:
         tared = [
             finding for part in dict.fromkeys(session[mine])
             for at in [mine & (session == part)]
-            for finding in bench_rows.check_tare(load[at], counts[at], name)
+            for check in (bench_rows.check_tare, check_labels)
+            for finding in check(load[at], counts[at], name)
         ]  # fmt: skip
         # a stuck cell is said once, not also that it does not follow its loads
         found += stuck or [*tared, *_known(name, load[mine], counts[mine], robot)]
@@ -136,7 +138,9 @@ def _weights_stream(table: Table, robot: Robot) -> list[Finding]:
         values = table.number(name)
         found += _codes(name, values, robot)
         if "load_n" in table:
-            found += _known(name.removesuffix("_counts"), table.number("load_n"), values, robot)
+            cell, load = name.removesuffix("_counts"), table.number("load_n")
+            found += _known(cell, load, values, robot)
+            found += check_labels(load, values, cell)
     if "load_n" in table:
         found += _loads(table.number("load_n"), robot)
     return found

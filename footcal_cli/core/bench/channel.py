@@ -118,10 +118,11 @@ class ChannelFit:
         """Logarithms of the searched shapes, shape (k,)."""
         return np.log([self.estimates[n] for n in shape_names(self.channel, self.terms)])
 
-    def _wide_range(self) -> tuple[float, float]:
-        """The fitted loads with as much again on either side."""
+    def _wide_range(self, target_n: FloatArray) -> tuple[float, float]:
+        """The fitted loads, and those of the straight line, with as much again on either side."""
         low, high = self.load_range_n
-        return 2.0 * low - high, 2.0 * high - low
+        span = high - low
+        return min(low, float(target_n.min())) - span, max(high, float(target_n.max())) + span
 
     def p_value_of(self, terms: range) -> float:
         """Wald test that the sizes of some terms are all zero, by the F distribution.
@@ -153,7 +154,7 @@ class ChannelFit:
         shapes = self.log_shapes
         sizes = self.linear[2 : 2 + len(self.terms)]
         target = self.linear[0] * centred + self.linear[1]
-        load, slope = invert(target, record, self.terms, sizes, shapes, self._wide_range())
+        load, slope = invert(target, record, self.terms, sizes, shapes, self._wide_range(target))
         design = np.column_stack(
             [
                 centred,
@@ -167,7 +168,8 @@ class ChannelFit:
         parts[1] = self.sd_between_n**2 + (self.sd_gain * load) ** 2
         parts[2] = self.sd_within_n**2
         variance = parts.sum(axis=0)
-        degrees = np.array([self.dof.min(), max(self.sessions - 1, 1), max(self.dof.max(), 1)])
+        blocks = self.sessions - 1 if self.sessions > 1 else float(self.dof.min())
+        degrees = np.array([self.dof.min(), blocks, max(self.dof.max(), 1)])
         with np.errstate(divide="ignore", invalid="ignore"):
             dof = variance**2 / np.sum(parts**2 / degrees[:, None], axis=0)
         outside = _outside(load, self.load_range_n) | _outside(fill, self.reading_range)
@@ -260,7 +262,7 @@ def finish_channel(
         linear=linear,
         linear_covariance=covariance,
         centre=centre,
-        sessions=int(np.unique(model.block).size),
+        sessions=int(np.unique(record.session[known]).size),
         sd_gain=fit.sd_gain * newtons,
     )
 

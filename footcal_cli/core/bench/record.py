@@ -40,6 +40,8 @@ class BenchRecord:
     timed
         Whether `time_s` is a clock: without one, neither creep nor noise that persists in time can
         be looked for.
+    renewed
+        Whether each load that is put on has an error of its own (`with_law_of_noise`).
     """
 
     channel: str
@@ -49,6 +51,7 @@ class BenchRecord:
     session: IntArray
     temperature_degc: FloatArray | None = None
     timed: bool = True
+    renewed: bool = False
 
     def __len__(self) -> int:
         return self.load_n.size
@@ -113,6 +116,12 @@ class BenchRecord:
         apart = 1.0 + max(float(np.ptp(self.time_s[part])) for part in parts)
         since = [self.time_s[p] - self.time_s[p].min() - k * apart for k, p in enumerate(parts)]
         return np.concatenate(since)
+
+    def loadings(self) -> IntArray:
+        """Number of the load that was put on last, of each row with a known load, shape (m,)."""
+        session, load = self.session[self.known], self.load_n[self.known]
+        new = (np.diff(session) != 0) | (np.diff(load) != 0.0)
+        return np.concatenate([[0], np.cumsum(new)]).astype(np.int64)
 
     def groups(self) -> IntArray:
         """The units of evidence: sessions where there are three or more, else loads, shape (n,)."""

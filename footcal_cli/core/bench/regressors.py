@@ -81,8 +81,8 @@ def design_of(
 def model_of(record: BenchRecord, drive: FloatArray, terms: tuple[Term, ...]) -> Separable:
     """The readings of the known loads as a model of scale, bias, sizes and shapes.
 
-    Each session has an offset and a gain of its own; a shape has a weak prior about the middle of
-    its grid.
+    Each session has an offset and a gain of its own, or each load an offset where errors are
+    renewed; a shape has a weak prior about the middle of its grid.
 
     Parameters
     ----------
@@ -101,16 +101,18 @@ def model_of(record: BenchRecord, drive: FloatArray, terms: tuple[Term, ...]) ->
         )
     known = record.known
     load, reading = record.load_n[known], record.reading[known]
+    ones = np.ones_like(load)
     return Separable(
         design=lambda log_shapes: design_of(record, drive, terms, log_shapes),
         target=reading - reading.mean(),
         time_s=record.time_s[known],
-        block=record.session[known],
+        block=record.loadings() if record.renewed else record.session[known],
         shapes=ParameterSet(tuple(priors)),
         starts=[np.array(point) for point in product(*grids)],
         ascending=[i for i, name in enumerate(names) if name.startswith(".creep")],
         apart=_APART,
-        shared=np.column_stack([np.ones_like(load), load]),
+        shared=ones[:, None] if record.renewed else np.column_stack([ones, load]),
+        kept=record.renewed,
     )
 
 

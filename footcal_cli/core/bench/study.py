@@ -10,6 +10,7 @@ from scipy import special
 
 from footcal_cli.core.bench.channel import ChannelFit, Prediction
 from footcal_cli.core.bench.ladder import Ladder, climb
+from footcal_cli.core.bench.law_of_noise import with_law_of_noise
 from footcal_cli.core.bench.moving import aligned, never_still
 from footcal_cli.core.bench.plateaus import (
     PlateauOptions,
@@ -114,8 +115,9 @@ class ChannelStudy:
         """
         if self.ladder is None:
             return None
-        dependent = self.ladder.chosen.sessions > 1 or self.ladder.chosen.correlation_s > 0
-        return self.ladder.chosen if self.ladder.rungs or dependent else None
+        chosen = self.ladder.chosen
+        dependent = chosen.sessions > 1 or chosen.correlation_s > 0 or self.record.renewed
+        return chosen if self.ladder.rungs or dependent else None
 
     @property
     def remembers(self) -> bool:
@@ -246,7 +248,8 @@ def study_samples(
     if not len(loads_n) and never_still(record, asked):
         return _study_moving(record, method, asked, extend=extend, most_degree=most_degree)
     samples = find_loads(record, asked, loads_n)
-    study = study_rows(_condensed(samples.settled), method, extend=extend, most_degree=most_degree)
+    record = with_law_of_noise(_condensed(samples.settled))
+    study = study_rows(record, method, extend=extend, most_degree=most_degree)
     relaxation, waiting = _creep_of(samples)
     return replace(
         study,

@@ -19,7 +19,14 @@ from footcal_cli.core.effects.cells import (
     TEMPERATURE_SCALE,
 )
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.effects.memory_effects import BIAS_DRIFT, CREEP, CREEP_SLOW, HYSTERESIS
+from footcal_cli.core.effects.memory_effects import (
+    BIAS_DRIFT,
+    BIAS_JUMP,
+    CREEP,
+    CREEP_SLOW,
+    HYSTERESIS,
+    WARM_UP,
+)
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -30,6 +37,8 @@ _REACHES = (0.01, 0.03, 0.1, 0.2, 0.4)
 _STACK = (0.05, 0.2, 0.5)
 """Reaches of the Prandtl–Ishlinskii stack, as shares of full scale."""
 _STEPS_OF_TIME = 10
+_TIMES_OF_A_JUMP = 40
+_SHARES_OF_A_JUMP = np.arange(0.05, 0.96, 0.05)
 
 
 @dataclass(frozen=True)
@@ -197,6 +206,23 @@ def drift() -> Rung:
     return Rung("bias drift", (effect_term(BIAS_DRIFT),), needs_time=True)
 
 
+def warm_up(record: BenchRecord) -> Rung:
+    """A zero that settles after the start; slower than the longest session it is a drift."""
+    longest = record.longest_s
+    return Rung(
+        "warm-up", (effect_term(WARM_UP, (tuple(np.geomspace(0.03 * longest, longest, 8)),)),),
+        needs_time=True,
+    )  # fmt: skip
+
+
+def jump(record: BenchRecord) -> Rung:
+    """A bias that jumps once: in the pauses where loads are changed, or in between."""
+    since = record.time_s - record.time_s[0]
+    longest = np.argsort(np.diff(since), kind="stable")[-_TIMES_OF_A_JUMP:]
+    times = np.union1d(0.5 * (since[longest] + since[longest + 1]), since[-1] * _SHARES_OF_A_JUMP)
+    return Rung("bias jump", (effect_term(BIAS_JUMP, (tuple(times),)),), needs_time=True)
+
+
 def temperature() -> tuple[Rung, Rung]:
     """Temperature on the bias alone, and on bias and scale."""
     bias, scale = effect_term(TEMPERATURE_BIAS), effect_term(TEMPERATURE_SCALE)
@@ -221,6 +247,10 @@ def menu(record: BenchRecord, most_degree: int = 3) -> tuple[Rung, ...]:
         hysteresis(scale),
         hysteresis_stack(scale),
         *((drift(),) if record.timed else ()),
-        *((creep(record, 1), creep(record, 2)) if record.timed and record.longest_s else ()),
+        *(
+            (creep(record, 1), creep(record, 2), warm_up(record), jump(record))
+            if record.timed and record.longest_s
+            else ()
+        ),
     )
     return tuple(sorted((r for r in rungs if r.fits(record)), key=lambda rung: rung.cost))

@@ -85,6 +85,7 @@ class GridOf(StrEnum):
     ITSELF = ""
     LOAD = "largest load"
     SPAN = "rows of a log, and its pauses"
+    DURATION = "duration of the longest log"
     LABEL = "weights in use"
     HOLE = "holes in use"
 

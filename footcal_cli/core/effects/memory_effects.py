@@ -151,6 +151,10 @@ def _drift(since_s: FloatArray, theta: Theta) -> FloatArray:
     return theta["bias_drift"] * since_s[:, None]
 
 
+def _warm_up(since_s: FloatArray, theta: Theta) -> FloatArray:
+    return theta["warm_up"] * np.exp(-since_s[:, None] / theta["warm_up_time"])
+
+
 def _jump(since_s: FloatArray, theta: Theta) -> FloatArray:
     return theta["bias_jump"] * (since_s[:, None] >= theta["jump_time"])
 
@@ -254,6 +258,37 @@ BIAS_DRIFT = Effect(
     separates="ten minutes unloaded at a constant temperature",
 )
 
+WARM_UP = Effect(
+    name="warm_up",
+    traits=(Trait.TIMED, Trait.MEMORY),
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    by_column=True,
+    parameters=(
+        EffectParameter("warm_up", "N", 0.0, -100.0, 100.0, 0.5),
+        EffectParameter(
+            "warm_up_time",
+            "s",
+            300.0,
+            1.0,
+            1e5,
+            300.0,
+            True,
+            (0.05, 0.1, 0.2, 0.4),
+            GridOf.DURATION,
+        ),
+    ),
+    apply=on_readings(plus_since(_warm_up)),
+    remove=on_readings(plus_since(_warm_up, -1.0)),
+    experiments=("weights",),
+    of_recording=True,
+    formula="y = x + W exp(−(t − t₀) / τ)",
+    source="data sheets of bridge amplifiers and load cells: warm-up time of the zero",
+    remedy="switch on half an hour before; leave the first minutes out",
+    mimics=("bias_drift", "temperature_bias", "creep_slow"),
+    separates="half an hour unloaded after switching on",
+)
+
 BIAS_JUMP = Effect(
     name="bias_jump",
     traits=(Trait.TIMED, Trait.MEMORY),
@@ -275,5 +310,5 @@ BIAS_JUMP = Effect(
     separates="unload before and after the suspected moment",
 )
 
-EFFECTS = (HYSTERESIS, CREEP, CREEP_SLOW, SENSOR_LAG, BIAS_DRIFT, BIAS_JUMP)
+EFFECTS = (HYSTERESIS, CREEP, CREEP_SLOW, SENSOR_LAG, BIAS_DRIFT, WARM_UP, BIAS_JUMP)
 """In the order in which a load passes them."""

@@ -216,13 +216,28 @@ def whiten_autoregressive(
     """
     if correlation_s <= 0:
         return design, target
+    rho, width = autoregression(time_s, block, correlation_s)
+    rows = (design - rho[:, None] * np.roll(design, 1, axis=0)) / width[:, None]
+    return rows, (target - rho * np.roll(target, 1)) / width
+
+
+def autoregression(
+    time_s: FloatArray, block: IntArray, correlation_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """What a row's noise has of the row before, ρ, and of its own, ``sqrt(1 − ρ²)``, (n,) each.
+
+    Parameters
+    ----------
+    time_s, block
+        Shape (n,), in order of time within each block.
+    correlation_s
+        Above 0.
+    """
     gap = np.diff(time_s, prepend=time_s[:1])
     first = np.diff(block, prepend=block[:1] - 1) != 0
     rho = np.where(first, 0.0, np.exp(-np.clip(gap, 1e-9, None) / correlation_s))
     rho = np.minimum(rho, 0.999)
-    width = np.sqrt(1.0 - rho**2)
-    rows = (design - rho[:, None] * np.roll(design, 1, axis=0)) / width[:, None]
-    return rows, (target - rho * np.roll(target, 1)) / width
+    return rho, np.sqrt(1.0 - rho**2)
 
 
 def correlation_time(residual: FloatArray, time_s: FloatArray, block: IntArray) -> float:

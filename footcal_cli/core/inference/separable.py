@@ -73,6 +73,8 @@ class Separable:
         Positions of shapes that must ascend and stay `apart`: a sum of two creeps is symmetric.
     shared
         Z as in `fit_blocks`; a block then has an offset of its own in the search too.
+    kept
+        Unless what tells the shapes apart is the offsets of the blocks themselves.
     """
 
     design: Callable[[FloatArray], FloatArray]
@@ -84,6 +86,7 @@ class Separable:
     ascending: Sequence[int] = ()
     apart: float = 0.0
     shared: FloatArray | None = None
+    kept: bool = False
 
     def fit(
         self,
@@ -102,6 +105,8 @@ class Separable:
         if correlation_s is None:
             start = self._search(start, 0.0)
             left = _rest(*self._rows(start, 0.0))
+            if self.kept:
+                left = within(left[:, None], self.block)[:, 0]
             correlation_s = correlation_time(left, self.time_s, self.block)
             log_shapes = self._search(start, correlation_s) if correlation_s > 0.0 else start
         else:
@@ -116,7 +121,7 @@ class Separable:
     def _rows(self, log_shapes: FloatArray, correlation_s: float) -> tuple[FloatArray, FloatArray]:
         """Design and target, white, and without the offset of their block where it has one."""
         rows, target = self._white(self.design(log_shapes), correlation_s)
-        if self.shared is None:
+        if self.shared is None or self.kept:
             return rows, target
         return within(rows, self.block), within(target[:, None], self.block)[:, 0]
 

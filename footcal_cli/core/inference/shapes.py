@@ -64,6 +64,9 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
     if shape.grid_of is GridOf.SPAN:
         longest = max(case.logs, key=lambda log: float(np.ptp(log.time_s)))
         return times_of(longest, shape.grid)
+    if shape.grid_of is GridOf.DURATION:
+        longest_s = max(float(np.ptp(log.time_s)) for log in case.logs)
+        return [float(np.clip(v * longest_s, shape.lower, shape.upper)) for v in shape.grid]
     if shape.unit == "channel":
         return [v for v in shape.grid if v < len(channels_of(case.logs))] or [shape.neutral]
     return list(shape.grid)
