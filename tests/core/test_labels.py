@@ -13,7 +13,9 @@ UP_AND_DOWN = np.concatenate([LADDER, LADDER[-2::-1]])
 TRUE_N = np.concatenate([UP_AND_DOWN, UP_AND_DOWN[1:], UP_AND_DOWN[1:]])
 
 
-def recorded(true_n: FloatArray, written_n: FloatArray, rows: int = 1) -> tuple[FloatArray, ...]:
+def recorded(
+    true_n: FloatArray, written_n: FloatArray, rows: int = 1
+) -> tuple[FloatArray, FloatArray]:
     """Written loads and counts of a cell of 2000 counts per newton, of so many rows a load."""
     rng = np.random.default_rng(4)
     counts = 2000.0 * np.repeat(true_n, rows) - 8e4

@@ -215,7 +215,9 @@ def study_rows(
     loads = np.unique(record.load_n[known]).size
     ladder = None
     if extend and known.sum() >= FEWEST_ROWS and loads >= FEWEST_LOADS:
-        ladder = climb(record, menu(record, most_degree))
+        # of three loads one left out leaves a line through two: that is no test of a model
+        judged = loads > FEWEST_LOADS or np.unique(record.session[known]).size >= FEWEST_LOADS
+        ladder = climb(record, menu(record, most_degree) if judged else ())
     return ChannelStudy(record.channel, record, affine, ladder)
 
 

@@ -217,7 +217,7 @@ def warm_up(record: BenchRecord) -> Rung:
 
 def jump(record: BenchRecord) -> Rung:
     """A bias that jumps once: in the pauses where loads are changed, or in between."""
-    since = record.time_s - record.time_s[0]
+    since = np.sort(record.time_s) - record.time_s.min()
     longest = np.argsort(np.diff(since), kind="stable")[-_TIMES_OF_A_JUMP:]
     times = np.union1d(0.5 * (since[longest] + since[longest + 1]), since[-1] * _SHARES_OF_A_JUMP)
     return Rung("bias jump", (effect_term(BIAS_JUMP, (tuple(times),)),), needs_time=True)
@@ -248,9 +248,10 @@ def menu(record: BenchRecord, most_degree: int = 3) -> tuple[Rung, ...]:
         hysteresis_stack(scale),
         *((drift(),) if record.timed else ()),
         *(
-            (creep(record, 1), creep(record, 2), warm_up(record), jump(record))
+            (creep(record, 1), creep(record, 2), warm_up(record))
             if record.timed and record.longest_s
             else ()
         ),
+        *((jump(record),) if record.recorded and np.unique(record.session).size == 1 else ()),
     )
     return tuple(sorted((r for r in rungs if r.fits(record)), key=lambda rung: rung.cost))

@@ -58,7 +58,7 @@ def check_labels(load_n: FloatArray, counts: FloatArray, channel: str) -> list[F
     if not 0 < far.sum() <= _RARE * load.size:
         return []
     found = []
-    for at in np.flatnonzero(far & (beside < _BESIDE * off)):
+    for at in np.flatnonzero(far & (beside < _BESIDE * off)).tolist():
         like = _label_of(at, load, seems, far, min(_LIKE_SD * sd, _LIKE * float(off[at])))
         if like is not None:
             rows = good[first[at]] + 1, good[ends[at] - 1] + 1

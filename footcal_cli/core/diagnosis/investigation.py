@@ -214,8 +214,8 @@ def _searched(
     The next one counts where the one before does not hold without single blocks.
     """
     once = jumped(subject, path, seed)
-    if once:
-        more = leftover(once.rounds[-1].before, rules)
+    more = once is not None and leftover(once.rounds[-1].before, rules)
+    if once and not (more and not subject.problem.drifts):
         yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
         return
     path = grown(subject, path, rules, seed)

@@ -68,6 +68,50 @@ def jump_beside(problem: Problem, fitted: FloatArray) -> Jump:
     return largest_jump(problem, left_by(fitted, problem.residual, _RCOND))
 
 
+def once_beside(problem: Problem, fitted: FloatArray) -> Jump:
+    """`jump_beside` where channels rest in between, `step_beside` where loads are put on them."""
+    return jump_beside(problem, fitted) if problem.drifts else step_beside(problem, fitted)
+
+
+def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
+    """The largest step from one load to the next in what some row columns, shape (m, k), leave.
+
+    The mean residual of each load against the columns' means with a step added: ``F = (RSS −
+    RSS_step) / (RSS_step / ν) ~ F(1, ν)``, Bonferroni over all steps. A reading that drifts gives
+    a step as well, and others beside it.
+    """
+    if problem.traces is None or problem.rate_hz <= 0 or problem.settings is not None:
+        return Jump()
+    rows = np.maximum(np.bincount(problem.block, minlength=problem.blocks), 1)
+    mean = np.stack([
+        np.bincount(problem.block, column, problem.blocks) / rows
+        for column in (problem.residual, *fitted.T)
+    ])  # fmt: skip
+    onto, size, _ = np.linalg.svd(mean[1:].T, full_matrices=False)
+    onto = onto[:, size > _RCOND * size.max(initial=0.0)]
+    free = problem.blocks - onto.shape[1] - 1
+    if free < _FEWEST:
+        return Jump()
+    rest = mean[0] - onto @ (onto.T @ mean[0])
+    known = np.cumsum(onto[::-1], axis=0)[::-1][1:]
+    energy = np.arange(problem.blocks - 1, 0, -1) - np.sum(known**2, axis=1)
+    along = np.cumsum(rest[::-1])[::-1][1:]
+    taken = np.where(energy > _RCOND * problem.blocks, along**2 / np.maximum(energy, _RCOND), 0.0)
+    at = int(np.argmax(taken))
+    left = max(float(rest @ rest) - float(taken[at]), 1e-300)
+    usual = np.sqrt(left / free)
+    time_s = problem.traces.time_s
+    before, after = (time_s[problem.block == b] for b in (at, at + 1))
+    return Jump(
+        p=min(1.0, taken.size * float(stats.f.sf(taken[at] / (left / free), 1, free))),
+        after_s=float(before.min()),  # under which of the two loads, or in between
+        before_s=float(after.max()),
+        usual=usual * float(np.mean(problem.noise)),
+        unit=problem.units[0],
+        size=abs(float(along[at] / energy[at])) / usual,
+    )
+
+
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
     """The largest jump of any channel at rest, and of their mean.
 

@@ -15,7 +15,7 @@ from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
-from footcal_cli.core.diagnosis.jumps import Jump, jump_beside
+from footcal_cli.core.diagnosis.jumps import Jump, once_beside
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.moments import best_between
@@ -124,10 +124,11 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
 
 
 def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
-    """The path whose cause is a jump of a channel at rest, where one surely jumps.
+    """The path whose cause is a jump, of a channel at rest or from one load to the next.
 
     What happens once repeats in no block, and a calibration that drifts follows it soon: the
-    evidence is the jump itself, against how channels at rest usually move from swing to swing.
+    evidence is the jump itself, against how channels usually move from swing to swing, or readings
+    about their line from load to load.
 
     Parameters
     ----------
@@ -141,9 +142,9 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     None where nothing surely jumps, nothing of the table jumps there, or something else jumps too.
     """
     problem, rules = subject.problem, path.rounds[0].rules
-    if not problem.drifts or len(subject.case.logs) > 1:
+    if len(subject.case.logs) > 1:
         return None
-    jump = jump_beside(problem, problem.fitted)
+    jump = once_beside(problem, problem.fitted)
     if jump.p >= rules.alpha_small:
         return None
     start = float(subject.case.logs[0].time_s[0])
@@ -155,7 +156,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     model = replace(model, intervals=_of_one_step(subject, cause, model, jump))
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
     ended = continued(subject, begun, model, seed)
-    left = jump_beside(ended.current, ended.current.fitted)
+    left = once_beside(ended.current, ended.current.fitted)
     form = left.is_form_of(jump, rules.second_share)
     return ended if form or left.p >= rules.alpha_unknown * LEVEL_SHARE["spell"] else None
 

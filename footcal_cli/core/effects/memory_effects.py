@@ -152,7 +152,7 @@ def _drift(since_s: FloatArray, theta: Theta) -> FloatArray:
 
 
 def _warm_up(since_s: FloatArray, theta: Theta) -> FloatArray:
-    return theta["warm_up"] * np.exp(-since_s[:, None] / theta["warm_up_time"])
+    return theta["zero_warm_up"] * np.exp(-since_s[:, None] / theta["warm_up_time"])
 
 
 def _jump(since_s: FloatArray, theta: Theta) -> FloatArray:
@@ -259,13 +259,13 @@ BIAS_DRIFT = Effect(
 )
 
 WARM_UP = Effect(
-    name="warm_up",
+    name="zero_warm_up",
     traits=(Trait.TIMED, Trait.MEMORY),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     by_column=True,
     parameters=(
-        EffectParameter("warm_up", "N", 0.0, -100.0, 100.0, 0.5),
+        EffectParameter("zero_warm_up", "N", 0.0, -100.0, 100.0, 0.5),
         EffectParameter(
             "warm_up_time",
             "s",
