@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.intake.cases.weights import at_rest
 from footcal_cli.recipe.options import PlateauSettings
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
-from tests.conftest import Run
+from tests.conftest import Answer, Run
 
 KG = np.array([0, 1, 3, 5, 3, 1, 0, 1, 3, 5, 3, 1, 0], dtype=np.float64)
 
@@ -52,3 +54,59 @@ def test_loads_in_the_recipe_and_the_temperature_in_the_log_are_read(
     assert cause.effect == "temperature_bias"
     assert cause.sd is not None
     assert abs(cause.size - 0.08) < 4 * cause.sd
+
+
+ROWS = 52
+"""Of a hold, at 4 Hz."""
+AT_S = 0.25 * np.arange(KG.size * ROWS)
+
+
+def diagnosed(run: Run, folder: Path, written_kg: FloatArray, zero_n: FloatArray) -> Answer:
+    """A log with its loads, of a cell whose zero moves."""
+    rng = np.random.default_rng(8)
+    felt = 9.80665 * np.repeat(KG, ROWS) + zero_n + 0.01 * rng.normal(size=AT_S.size)
+    rows = [
+        f"{t:.2f},{kg:g},{2e5 + 3.5e4 * f:.0f}"
+        for t, kg, f in zip(AT_S, np.repeat(written_kg, ROWS), felt, strict=True)
+    ]
+    (folder / "log.csv").write_text("\n".join(["time_s,load_kg,cell_counts", *rows]) + "\n")
+    (folder / "r.toml").write_text(
+        '[robot]\nchannels = ["cell"]\n[columns]\nload_n = { column = "load_kg", unit = "kg" }\n'
+        '[data]\nweights_stream = ["log.csv"]\n'
+    )
+    return run(
+        "diagnose", "--recipe", folder / "r.toml", "--experiment", "weights", "--no-pictures",
+        "--out", folder / "out",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("zero_n", "effect", "size_n"),
+    [
+        (1.5 * (0.61 * AT_S[-1] <= AT_S), "bias_jump", 1.5),
+        (-2.0 * np.exp(-AT_S / 40.0), "zero_warm_up", -2.0),
+    ],
+    ids=["jump", "warm_up"],
+)
+def test_a_zero_that_moves_once_is_named(
+    run: Run, tmp_path: Path, zero_n: FloatArray, effect: str, size_n: float
+) -> None:
+    """No block repeats the jump; the loads before it and after it are evidence of each other."""
+    answer = diagnosed(run, tmp_path, KG, zero_n)
+    assert answer.exit_code == 0, answer.err
+    record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
+    assert record.verdict == "named"
+    (cause,) = record.causes
+    assert cause.effect == effect
+    assert cause.ci95 is not None
+    assert cause.ci95[0] <= size_n <= cause.ci95[1]
+
+
+def test_a_weight_with_another_one_s_label_stops_the_diagnosis(run: Run, tmp_path: Path) -> None:
+    written = KG.copy()
+    written[7] = 5.0
+    answer = diagnosed(run, tmp_path, written, np.zeros(AT_S.size))
+    assert "is written as 49.033 N" in answer.out + answer.err
+    assert "reads what it reads at 9.8066 N" in answer.out + answer.err
+    record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
+    assert record.verdict == "bad-data"

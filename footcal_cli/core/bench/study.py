@@ -214,10 +214,11 @@ def study_rows(
     affine = fit_affine(record.channel, record.load_n[known], record.reading[known], method)
     loads = np.unique(record.load_n[known]).size
     ladder = None
-    if extend and known.sum() >= FEWEST_ROWS and loads >= FEWEST_LOADS:
+    extend &= bool(known.sum() >= FEWEST_ROWS and loads >= FEWEST_LOADS)
+    if extend or record.renewed:
         # of three loads one left out leaves a line through two: that is no test of a model
         judged = loads > FEWEST_LOADS or np.unique(record.session[known]).size >= FEWEST_LOADS
-        ladder = climb(record, menu(record, most_degree) if judged else ())
+        ladder = climb(record, menu(record, most_degree) if extend and judged else ())
     return ChannelStudy(record.channel, record, affine, ladder)
 
 

@@ -21,6 +21,8 @@ SWINGS = (1, 2, 4)
 _RCOND = 1e-9
 _FEWEST = 8
 """Differences asked for: of fewer nobody knows what is usual."""
+_FEWEST_FREE = 4
+"""Loads less all coefficients, of which the scatter about a line with a step is known."""
 _BROKEN = 2.5
 """A swing ends where rows are further apart than this many samples."""
 _NORMAL = 1.4826  # sd of a normal variable over its median |x|
@@ -90,7 +92,7 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     onto, size, _ = np.linalg.svd(mean[1:].T, full_matrices=False)
     onto = onto[:, size > _RCOND * size.max(initial=0.0)]
     free = problem.blocks - onto.shape[1] - 1
-    if free < _FEWEST:
+    if free < _FEWEST_FREE:
         return Jump()
     rest = mean[0] - onto @ (onto.T @ mean[0])
     known = np.cumsum(onto[::-1], axis=0)[::-1][1:]
