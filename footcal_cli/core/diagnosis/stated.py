@@ -74,11 +74,13 @@ def _other_forms(
     A form is what no refit moves along: which of its neighbours a cell hears, the load between two
     weights at which a bypass begins, a time constant far beyond the pauses. Where a plate shares a
     load in a plane, the mean of three neighbours is two thirds of one of them and a gain, which
-    calibration absorbs. Forms within the 95 % limit of the likelihood ratio are left open.
+    calibration absorbs. The moment of a series is known to a row. Forms within the 95 % limit of
+    the likelihood ratio are left open.
     """
+    known = (*OF_THE_LOGS, *((GridOf.SPAN,) if subject.problem.rate_hz > 0 else ()))
     held = [
         p for p in effect.shapes
-        if f"{owner}.{p.name}" not in model.names and p.grid_of not in OF_THE_LOGS
+        if f"{owner}.{p.name}" not in model.names and p.grid_of not in known
     ]  # fmt: skip
     if not held:
         return []

@@ -79,7 +79,18 @@ class Subject:
     def _refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
         problem = self.problem.without_usual({effect.name for effect, _ in accepted})
-        return refit(self.case, self.rows, problem, accepted, start)
+        model = refit(self.case, self.rows, problem, accepted, start)
+        if problem.calibration_turn is None or problem.known is not None or problem.drifts:
+            return model
+        # what is wrong has moved the calibration, in whose units its size then is
+        left, *_ = np.linalg.lstsq(problem.calibration, model.residual)
+        values = dict(self.case.values)
+        for parameter, change in zip(
+            self.case.calibration, problem.calibration_turn @ left, strict=True
+        ):
+            values[parameter.name] -= float(change)
+        begun = {n: v for n, v in model.values.items() if n not in self.case.values}
+        return refit(replace(self.case, values=values), self.rows, problem, accepted, begun)
 
     def extended(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """The problem on the extended model: its effects and their rivals are calibration now.
