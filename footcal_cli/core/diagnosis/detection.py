@@ -24,6 +24,8 @@ from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-9
+_ROUNDING = 1e-6
+"""Of the RMS of a column."""
 RIDGE = np.array([1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Ridge penalties tried, relative to the mean information of a feature."""
 
@@ -269,6 +271,8 @@ def _line_test(problem: Problem, fitted: FloatArray, unexplained: Callable[[], F
     traces = problem.traces or _of_outputs(problem)
     left = unexplained().copy()
     own = np.hstack([fitted, np.ones((left.size, 1))])
+    # a knee changes no row under no load but by the rounding of the noise that was taken out
+    own[np.abs(own) < _ROUNDING * np.sqrt(np.mean(own**2, axis=0))] = 0.0
     for rows in pieces_of(traces, problem.rate_hz):
         left[rows] = _rid_of(left[rows], own[rows])
     return strongest_line(traces.series(left, problem.rate_hz))
