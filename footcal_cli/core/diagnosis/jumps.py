@@ -84,17 +84,13 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     """
     if problem.traces is None or problem.rate_hz <= 0 or problem.settings is not None:
         return Jump()
-    rows = np.maximum(np.bincount(problem.block, minlength=problem.blocks), 1)
-    mean = np.stack([
-        np.bincount(problem.block, column, problem.blocks) / rows
-        for column in (problem.residual, *fitted.T)
-    ])  # fmt: skip
-    onto, size, _ = np.linalg.svd(mean[1:].T, full_matrices=False)
+    mean = means_of_blocks(problem, np.column_stack([problem.residual, fitted]))
+    onto, size, _ = np.linalg.svd(mean[:, 1:], full_matrices=False)
     onto = onto[:, size > _RCOND * size.max(initial=0.0)]
     free = problem.blocks - onto.shape[1] - 1
     if free < _FEWEST_FREE:
         return Jump()
-    rest = mean[0] - onto @ (onto.T @ mean[0])
+    rest = mean[:, 0] - onto @ (onto.T @ mean[:, 0])
     known = np.cumsum(onto[::-1], axis=0)[::-1][1:]
     energy = np.arange(problem.blocks - 1, 0, -1) - np.sum(known**2, axis=1)
     along = np.cumsum(rest[::-1])[::-1][1:]
@@ -112,6 +108,14 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
         unit=problem.units[0],
         size=abs(float(along[at] / energy[at])) / usual,
     )
+
+
+def means_of_blocks(problem: Problem, columns: FloatArray) -> FloatArray:
+    """Means of row columns, shape (m, k), over each block, shape (B, k)."""
+    rows = np.maximum(np.bincount(problem.block, minlength=problem.blocks), 1)
+    sums = np.zeros((problem.blocks, columns.shape[1]))
+    np.add.at(sums, problem.block, columns)
+    return np.asarray(sums / rows[:, None])
 
 
 def largest_jump(problem: Problem, residual: FloatArray) -> Jump:

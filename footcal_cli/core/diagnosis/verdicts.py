@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bends import against_bends, bend_left, bends_of, bent_axes
@@ -21,6 +22,7 @@ from footcal_cli.core.diagnosis.engine import (
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
+from footcal_cli.core.diagnosis.jumps import means_of_blocks
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.pairs import in_other_cells
 from footcal_cli.core.diagnosis.path import Path
@@ -28,12 +30,14 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
 from footcal_cli.core.inference.evidence import sign_patterns
+from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.parameters import IntArray
 
 CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
 """Verdicts that leave nothing beside the names."""
+_RCOND = 1e-9
 NAMING = (*CLEAR, Verdict.NAMED_UNKNOWN)
 
 
@@ -47,6 +51,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         at_an_end(subject, path.causes, path.model)
         or bend_left(last, path.causes)
         or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
+        or _outdone(path, rules)
     )
     if verdict in NAMING and copied:
         # a size that only its bound stops is the size of something else, as is a curve's mean gain,
@@ -60,6 +65,35 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         # a stand, whose loads follow the two coordinates of its CoM
         return Verdict.UNKNOWN, share
     return verdict, share
+
+
+def _outdone(path: Path, rules: Rules) -> bool:
+    """Whether a cause that was not named explains surely more than the only name.
+
+    Too few blocks may inform of it to name it, and it is not excluded. With the variance estimated
+    beside each of the two,
+    ``2 ln L`` of the B means of blocks differs by ``B ln(S / S')`` of what they leave.
+    """
+    lib = path.rounds[0].library
+    problem = lib.problem
+    mine = [c for cause in path.causes for c, one in enumerate(lib.causes)
+            if one == cause.signature.cause]  # fmt: skip
+    said = {s.cause for cause in path.causes
+            for s in (cause.signature, *cause.rivals, *cause.places)}  # fmt: skip
+    others = [c for c, one in enumerate(lib.causes) if one not in said]
+    if len(mine) != 1 or not others or problem.drifts or problem.rate_hz <= 0:
+        return False
+    asked = [[lib.index(int(k)) for k in lib.columns[c]] for c in (*mine, *others)]
+    columns = problem.columns[:, [k for own in asked for k in own]]
+    mean = means_of_blocks(problem, np.column_stack([problem.residual, columns]))
+    left = left_by(means_of_blocks(problem, problem.fitted), mean, _RCOND)
+    whole = float(left[:, 0] @ left[:, 0])
+    along = (left[:, 1:].T @ left[:, 0]) ** 2 / np.maximum(np.sum(left[:, 1:] ** 2, axis=0), 1e-300)
+    rest = np.maximum(whole - along, 1e-9 * whole)
+    ends = np.cumsum([len(own) for own in asked])
+    least = [float(part.min()) for part in np.split(rest, ends[:-1])]
+    more = problem.blocks * np.log(least[0] / min(least[1:]))
+    return bool(more > stats.chi2.isf(rules.alpha_small / len(others), 1))
 
 
 def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
