@@ -17,7 +17,7 @@ from footcal_cli.core.diagnosis.bridge import (
     problem_from,
 )
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.case import Case, Rows, residual
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.noise_credit import shrinkage
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -26,6 +26,8 @@ from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.parameters import FloatArray
 
 Advance = Callable[[float], None]
+_BENT = 0.02
+"""Change of the residual that a linear step of the calibration misses, over what is left."""
 _REFITS_KEPT = 4  # a refit holds a copy of the recordings
 
 
@@ -84,12 +86,14 @@ class Subject:
             return model
         # what is wrong has moved the calibration, in whose units its size then is
         left, *_ = np.linalg.lstsq(problem.calibration, model.residual)
-        values = dict(self.case.values)
-        for parameter, change in zip(
-            self.case.calibration, problem.calibration_turn @ left, strict=True
-        ):
-            values[parameter.name] -= float(change)
+        values, change = dict(self.case.values), problem.calibration_turn @ left
+        for parameter, by in zip(self.case.calibration, change.tolist(), strict=True):
+            values[parameter.name] -= by
         begun = {n: v for n, v in model.values.items() if n not in self.case.values}
+        linear = model.residual - problem.calibration @ left
+        bent = residual(self.case, self.rows, {**values, **begun}, model.chain) - linear
+        if np.sqrt(np.mean(bent**2)) < _BENT * np.sqrt(np.mean(linear**2)):
+            return model
         return refit(replace(self.case, values=values), self.rows, problem, accepted, begun)
 
     def extended(self, model: Refit, causes: Sequence[Cause]) -> Problem:

@@ -71,8 +71,8 @@ def _outdone(path: Path, rules: Rules) -> bool:
     """Whether a cause that was not named explains surely more than the only name.
 
     Too few blocks may inform of it to name it, and it is not excluded. With the variance estimated
-    beside each of the two,
-    ``2 ln L`` of the B means of blocks differs by ``B ln(S / S')`` of what they leave.
+    beside each of the two, ``2 ln L`` of the B means of blocks differs by ``B ln(S / S')``, S and
+    S' what they leave.
     """
     lib = path.rounds[0].library
     problem = lib.problem
