@@ -19,6 +19,9 @@ _SAME_LOAD = 0.01
 _MOST_LOADS = 12
 """A reference that varies continuously is cut into this many ranges of load."""
 
+_PAUSE = 3.0
+"""Usual steps in time from which on rows are missing."""
+
 
 @dataclass(frozen=True)
 class BenchRecord:
@@ -42,6 +45,8 @@ class BenchRecord:
         be looked for.
     renewed
         Whether each load that is put on has an error of its own (`with_law_of_noise`).
+    changed_s
+        Stamps at which loads were changed while nothing was recorded, shape (c,); None: at once.
     """
 
     channel: str
@@ -52,6 +57,7 @@ class BenchRecord:
     temperature_degc: FloatArray | None = None
     timed: bool = True
     renewed: bool = False
+    changed_s: FloatArray | None = None
 
     def __len__(self) -> int:
         return self.load_n.size
@@ -122,6 +128,13 @@ class BenchRecord:
         session, load = self.session[self.known], self.load_n[self.known]
         new = (np.diff(session) != 0) | (np.diff(load) != 0.0)
         return np.concatenate([[0], np.cumsum(new)]).astype(np.int64)
+
+    def pauses(self) -> FloatArray:
+        """Last stamp under one load and first under the next where rows are missing, (c, 2)."""
+        gap = np.diff(self.time_s)
+        usual = np.median(gap[gap > 0]) if np.any(gap > 0) else np.inf
+        between = np.flatnonzero((np.diff(self.load_n) != 0) & (gap > _PAUSE * usual))
+        return np.stack([self.time_s[between], self.time_s[between + 1]], axis=1)
 
     def groups(self) -> IntArray:
         """The units of evidence: sessions where there are three or more, else loads, shape (n,)."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import special
 
-from footcal_cli.core.bench.channel import ChannelFit, Prediction
+from footcal_cli.core.bench.channel import ChannelFit, Prediction, fit_channel
 from footcal_cli.core.bench.ladder import Ladder, climb
 from footcal_cli.core.bench.law_of_noise import with_law_of_noise
 from footcal_cli.core.bench.moving import aligned, never_still
@@ -31,6 +31,10 @@ FEWEST_ROWS = 10
 FEWEST_LOADS = 3
 ROWS_FOR_FITS = 400
 """A running recording is condensed to about this many means."""
+_LATE = (0.5, 1.0)
+"""Shares of a pause without rows after which a load may have been changed."""
+_SURELY = 10.0
+"""Difference of the logarithms of the likelihood."""
 _CREEP_BIC = 10.0
 """A second time constant must lower the BIC by this much."""
 
@@ -255,13 +259,32 @@ def study_samples(
     study = study_rows(record, method, extend=extend, most_degree=most_degree)
     relaxation, waiting = _creep_of(samples)
     return replace(
-        study,
+        _changed_later(study, samples.settled),
         # means of neighbouring samples are no repeats: their scatter is no pure error
         affine=replace(study.affine, lack_of_fit=None),
         samples=samples,
         relaxation=relaxation,
         waiting=waiting,
     )
+
+
+def _changed_later(study: ChannelStudy, samples: BenchRecord) -> ChannelStudy:
+    """The study with loads changed amid or at the end of pauses, where that is surely likelier.
+
+    What a cell remembers of a load depends on how long it stood; where the samples under a hand's
+    work are not recorded, nobody knows when it was changed.
+    """
+    ladder, record, pauses = study.ladder, study.record, samples.pauses()
+    alone = np.unique(record.session).size == 1
+    if ladder is None or not ladder.chosen.terms or not pauses.size or not alone:
+        return study
+    best, one = ladder.chosen, record
+    for share in _LATE:
+        tried = replace(record, changed_s=pauses @ np.array([1.0 - share, share]))
+        fit = fit_channel(tried, ladder.chosen.terms, ladder.chosen.log_shapes)
+        if fit.rows * np.log(best.rmse_n / max(fit.rmse_n, 1e-300)) > _SURELY:
+            best, one = fit, tried
+    return replace(study, ladder=replace(ladder, chosen=best), record=one)
 
 
 def _study_moving(

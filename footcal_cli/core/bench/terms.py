@@ -121,7 +121,11 @@ def effect_term(
         theta = {effect.size.name: np.ones(1)}
         theta |= {shape.name: np.array([v]) for shape, v in zip(shapes, values, strict=True)}
         applied, _ = effect.apply(_log(load_n, record), theta, None)
-        return np.asarray(applied.readings[:, 0] - load_n)
+        shown = applied.readings[:, 0]
+        if record.changed_s is not None:
+            at = np.searchsorted(record.time_s, record.changed_s)
+            shown = np.delete(shown, at + np.arange(at.size))
+        return np.asarray(shown - load_n)
 
     return Term(
         owner=owner,
@@ -139,17 +143,25 @@ def effect_term(
 def _log(load_n: FloatArray, record: BenchRecord) -> Log:
     """The loads as the truth that an effect acts on.
 
+    A load that was changed while nothing was recorded stood there until then
+    (`BenchRecord.changed_s`).
     Its memory goes on into a session that comes at the pace of the readings, and starts afresh in
     others, and in all where no clock says how long they lie apart.
     """
-    warmth = record.temperature_degc
+    warmth, block = record.temperature_degc, record.session
+    time_s = record.time_s if record.timed else record.apart_s
+    if record.changed_s is not None:
+        at = np.searchsorted(time_s, record.changed_s)
+        load_n, block = np.insert(load_n, at, load_n[at - 1]), np.insert(block, at, block[at])
+        time_s = np.insert(time_s, at, record.changed_s)
+        warmth = None if warmth is None else np.insert(warmth, at, warmth[at])
     return Log(
         experiment="weights",
         channels=(record.channel,),
-        time_s=record.time_s if record.timed else record.apart_s,
+        time_s=time_s,
         readings=load_n[:, None],
         known={} if warmth is None else {"temperature_degc": warmth},
-        block=record.session,
+        block=block,
     )
 
 
@@ -241,17 +253,15 @@ def menu(record: BenchRecord, most_degree: int = 3) -> tuple[Rung, ...]:
     loads = np.unique(np.round(record.load_n[record.known], 9)).size
     degrees = range(2, min(most_degree, loads - 2) + 1)
     scale = record.full_scale_n
+    running = bool(record.timed and record.longest_s)
+    alone = running and np.unique(record.session).size == 1
     rungs = (
         *(polynomial(degree) for degree in degrees),
         *temperature(),
         hysteresis(scale),
         hysteresis_stack(scale),
         *((drift(),) if record.timed else ()),
-        *(
-            (creep(record, 1), creep(record, 2), warm_up(record))
-            if record.timed and record.longest_s
-            else ()
-        ),
-        *((jump(record),) if record.recorded and np.unique(record.session).size == 1 else ()),
+        *((creep(record, 1), creep(record, 2), warm_up(record)) if running else ()),
+        *((jump(record),) if alone else ()),
     )
     return tuple(sorted((r for r in rungs if r.fits(record)), key=lambda rung: rung.cost))
