@@ -9,7 +9,7 @@ given; these are searched, then enter the covariance through their derivatives.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import special
@@ -123,6 +123,28 @@ class ChannelFit:
         low, high = self.load_range_n
         span = high - low
         return min(low, float(target_n.min())) - span, max(high, float(target_n.max())) + span
+
+    def between(self, first: ChannelFit, last: ChannelFit) -> ChannelFit:
+        """One fit of a family that the truth lies anywhere in: ``Δ Δᵀ / 12`` is added.
+
+        Parameters
+        ----------
+        first, last
+            The ends of the family, of the same terms; Δ is what they differ by.
+        """
+        moved = last.estimates.values - first.estimates.values
+        half = 0.5 * (self.ci95[:, 1] - self.ci95[:, 0])
+        wider = np.hypot(half, special.ndtri(0.975) * np.abs(moved) / np.sqrt(12.0)) - half
+        line = last.linear - first.linear
+        return replace(
+            self,
+            estimates=replace(
+                self.estimates,
+                covariance=self.estimates.covariance + np.outer(moved, moved) / 12.0,
+            ),
+            ci95=self.ci95 + wider[:, None] * [-1.0, 1.0],
+            linear_covariance=self.linear_covariance + np.outer(line, line) / 12.0,
+        )
 
     def p_value_of(self, terms: range) -> float:
         """Wald test that the sizes of some terms are all zero, by the F distribution.

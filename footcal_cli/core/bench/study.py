@@ -31,7 +31,7 @@ FEWEST_ROWS = 10
 FEWEST_LOADS = 3
 ROWS_FOR_FITS = 400
 """A running recording is condensed to about this many means."""
-_LATE = (0.5, 1.0)
+_CHANGED = (0.0, 0.5, 1.0)
 """Shares of a pause without rows after which a load may have been changed."""
 _SURELY = 10.0
 """Difference of the logarithms of the likelihood."""
@@ -269,22 +269,24 @@ def study_samples(
 
 
 def _changed_later(study: ChannelStudy, samples: BenchRecord) -> ChannelStudy:
-    """The study with loads changed amid or at the end of pauses, where that is surely likelier.
+    """The study with loads changed at the beginning, amid or at the end of pauses.
 
     What a cell remembers of a load depends on how long it stood; where the samples under a hand's
-    work are not recorded, nobody knows when it was changed.
+    work are not recorded, nobody knows when it was changed. What the likelihood leaves open widens
+    the intervals, as a uniform distribution over it.
     """
     ladder, record, pauses = study.ladder, study.record, samples.pauses()
     alone = np.unique(record.session).size == 1
     if ladder is None or not ladder.chosen.terms or not pauses.size or not alone:
         return study
-    best, one = ladder.chosen, record
-    for share in _LATE:
-        tried = replace(record, changed_s=pauses @ np.array([1.0 - share, share]))
-        fit = fit_channel(tried, ladder.chosen.terms, ladder.chosen.log_shapes)
-        if fit.rows * np.log(best.rmse_n / max(fit.rmse_n, 1e-300)) > _SURELY:
-            best, one = fit, tried
-    return replace(study, ladder=replace(ladder, chosen=best), record=one)
+    terms, shapes = ladder.chosen.terms, ladder.chosen.log_shapes
+    records = [replace(record, changed_s=pauses @ np.array([1.0 - s, s])) for s in _CHANGED]
+    fits = [fit_channel(one, terms, shapes) for one in records]
+    likely = -np.array([fit.rows * np.log(max(fit.rmse_n, 1e-300)) for fit in fits])
+    left = np.flatnonzero(likely > likely.max() - _SURELY)
+    middle = int(left[left.size // 2])
+    chosen = fits[middle].between(fits[left[0]], fits[left[-1]])
+    return replace(study, ladder=replace(ladder, chosen=chosen), record=records[middle])
 
 
 def _study_moving(
