@@ -164,7 +164,7 @@ def whitened_grams(
             inner, within = (with_known(p, known, numbers[0]) for p in (inner, within))
             if counted:
                 plain = with_known(plain, known, numbers[0])
-    shown = inner.squares(np.arange(norm.size)).sum(axis=0)
+    shown = np.maximum(inner.squares(np.arange(norm.size)).sum(axis=0), 0.0)  # but for rounding
     return (
         Grams(
             inner=inner, within=within, rows=rows, plain=plain, by_output=by_output, energy=energy,
