@@ -19,6 +19,7 @@ from footcal_cli.sniff.plan import (
     Entry,
     Plan,
     extras,
+    load_entry,
     of,
     reading_entry,
     times,
@@ -27,7 +28,6 @@ from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.weights import (
     known_wrench,
-    load_entry,
     loads_across,
     runs_across,
     weights,
@@ -120,6 +120,12 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "a centre of pressure without the force that it belongs to",
             "log the vertical force of the plate too (fz), or the readings of its cells; to check "
             "a plate, the known points that were pressed (hole_x_m, hole_y_m)",
+        )
+    if {"x", "y"} <= {c.name.axis for c in file.of("hole")} and {"fz", "tx", "ty"} <= axes:
+        return (
+            "known points on a plate, and the force and moments that it reported",
+            "add its CoP as cop_x_m = -My / Fz and cop_y_m = Mx / Fz (less what Fx and Fy do at "
+            "the depth of its surface): offline-fit compares that with hole_x_m and hole_y_m",
         )
     feet = next((c.words for c in file.of("label") if len(c.words) > 1), ())
     if feet and {"fx", "fy", "fz"} <= axes and not {"tx", "ty", "tz"} & axes:

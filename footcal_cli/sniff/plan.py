@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
+from footcal_cli.sniff.units import SHARES
 from footcal_cli.tables.canonical import NOT_SAID as NOT_SAID
 
 
@@ -86,6 +87,8 @@ class Plan:
         What is to be filled in.
     warnings
         What could be otherwise.
+    feet, mounting
+        Feet on six-axis transducers, and the recipe's line that says how these are turned in them.
     """
 
     file: FileGuess
@@ -103,6 +106,8 @@ class Plan:
     options: tuple[str, ...] = ()
     blanks: tuple[Blank, ...] = ()
     warnings: tuple[str, ...] = ()
+    feet: tuple[str, ...] = ()
+    mounting: str = ""
 
     @property
     def ready(self) -> bool:
@@ -114,10 +119,27 @@ MASS = Blank(
     ("# [robot]", "# mass_kg =    # the whole robot or person, with all that is worn"),
     "no log says what the robot or person weighs",
 )
+_CAPACITY = Blank(
+    ('# in [columns]: load_n = { column = "…", unit = "N", factor = … }, factor: N of one share',),
+    "the unit of the load is a share, of what the log does not say",
+)
+UNIT_ASKED = Blank(
+    ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
+    "nothing says the unit of the load",
+)
 _RATE = Blank(
     ("# rate_hz = 100.0    # rows per second",),
     "the log has no time stamps; 100 Hz is assumed, which moves no static calibration", False,
 )  # fmt: skip
+
+
+def load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
+    """The entry of known loads; their unit is asked for where nothing says it."""
+    if load.unit in SHARES:
+        return replace(of(load, NOT_SAID), sure="guess", why="a share"), (_CAPACITY,)
+    if load.unit is not None and load.unit != "count":
+        return of(load), ()
+    return replace(of(load, NOT_SAID), sure="guess"), (UNIT_ASKED,)
 
 
 def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | None, list[Blank]]:

@@ -140,9 +140,8 @@ def test_how_transducers_at_feet_are_turned(tmp_path: Path) -> None:
     names += [*(f"com_{a}" for a in "xyz"), *(f"com_acc_{a}" for a in "xyz")]
     plan = plan_of(guess_file(_written(tmp_path / "walk.csv", ",".join(names), *columns)))
     assert plan is not None
-    said = [x for table in plan.robot for x in table.splitlines() if x.startswith("transducer_rot")]
-    assert len(said) == 2
-    assert all("[0, -1.570796, 0]" in line for line in said)
+    assert len(plan.feet) == 2
+    assert "transducer_rotation_rpy_rad = [0, -1.570796, 0]" in plan.mounting
 
 
 def test_a_plate_keeps_its_number(tmp_path: Path, run: Run) -> None:

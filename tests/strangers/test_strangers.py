@@ -42,6 +42,8 @@ from tests.strangers import (
     twentieth,
     twenty_first,
     twenty_second,
+    twenty_third_bench,
+    twenty_third_robots,
     unseen,
 )
 from tests.strangers.rigs import Write
@@ -74,6 +76,10 @@ SAMPLE = (
     seventeenth.reference_and_nominal_files, seventeenth.stamped_and_weighed,
     seventeenth.ten_samples_a_row, fourteenth_bench.tracer_daq, fourteenth_bench.openscale,
     *twentieth.TWENTIETH, twenty_first.german_feet, *twenty_second.TWENTY_SECOND,
+    twenty_third_bench.tdms_as_text, twenty_third_bench.influx_annotated,
+    twenty_third_bench.markdown_notebook, twenty_third_bench.summary_mean_sd,
+    twenty_third_bench.readings_of_lbf_force, twenty_third_robots.kistler_two_dimensions,
+    twenty_third_robots.json_of_topics, thirteenth_bench.percent_of_full_scale,
 )  # fmt: skip
 
 
@@ -115,6 +121,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "twentieth",
         "twenty_first",
         "twenty_second",
+        "twenty_third",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -125,6 +132,9 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
         "twentieth": twentieth.TWENTIETH, "twenty_first": twenty_first.TWENTY_FIRST,
         "twenty_second": twenty_second.TWENTY_SECOND,
+        "twenty_third": (
+            *twenty_third_bench.TWENTY_THIRD_BENCH, *twenty_third_robots.TWENTY_THIRD_ROBOTS
+        ),
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),
