@@ -102,7 +102,8 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         raw = at_rows(raw, ~raw[rows_of].silent, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
     raw = {name: _ungrouped(column, text.layout.thousands) for name, column in raw.items()}
-    called = said_by_names(names, path.name.split(".")[0], text.layout.pivot)
+    empty = {name for name, column in raw.items() if column.silent.all()}
+    called = said_by_names(names, path.name.split(".")[0], text.layout.pivot, empty)
     columns = [
         _column(name, raw[name], units.get(name, ""), own)
         for name, own in zip(names, called, strict=True)

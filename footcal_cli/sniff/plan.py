@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -10,6 +11,13 @@ import numpy as np
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
 from footcal_cli.sniff.units import SHARES
 from footcal_cli.tables.canonical import NOT_SAID as NOT_SAID
+
+_HZ = r"(\d+(?:[.,]\d+)?)\s*(k?)(?:Hz|SPS|S/s)\b"
+_SAMPLED = r"(?:sampl\w*|logg\w*|record\w*|rate|abtast\w*|messrate|échantillon\w*|muestreo)"
+_SAID_RATE = re.compile(
+    rf"{_SAMPLED}[^.;\n\d]{{0,30}}{_HZ}|{_HZ}\s+(?:data\s+)?(?:sampl|rate|logg)", re.IGNORECASE
+)
+"""``sampled at 80 Hz``, ``80 Hz sampling``; a filter's frequency is no rate."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +154,17 @@ def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | N
     """The entry of time stamps, or a rate to count with."""
     for column in file.of("time"):
         return {"time_s": of(column)}, None, []
+    if needed and (said := rate_said(file)) is not None:
+        return {}, said, []
     return ({}, 100.0, [_RATE]) if needed else ({}, None, [])
+
+
+def rate_said(file: FileGuess) -> float | None:
+    """Rows per second by the lines above the table; None where they say none, or several."""
+    text = "\n".join(file.text.above)
+    found = [(f[1] or f[3], f[2] or f[4]) for f in _SAID_RATE.finditer(text)]
+    rates = {float(number.replace(",", ".")) * (1e3 if kilo else 1.0) for number, kilo in found}
+    return rates.pop() if len(rates) == 1 and 0.0 not in rates else None
 
 
 IN_NEWTON = (

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.plan import Blank, Entry, Plan, of
+from footcal_cli.sniff.plan import Blank, Entry, Plan, of, rate_said
 from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
 
@@ -155,7 +155,9 @@ def _file_lines(part: Part, several: bool) -> list[str]:
     lines: list[str] = []
     own = _layout_lines(plan.file)
     if plan.rate_hz is not None:
-        own.append(f"rate_hz = {plan.rate_hz:g}    # guess: the log has no time stamps")
+        known = rate_said(plan.file) == plan.rate_hz
+        why = "likely: as said above the table" if known else "guess: the log has no time stamps"
+        own.append(f"rate_hz = {plan.rate_hz:g}    # {why}")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
         apart = beside.file.path.parent != part.paths[0].parent
