@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
 from footcal_cli.sniff.groups import channel_names, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
-from footcal_cli.sniff.holds import blank_loads, typed_loads
+from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
 from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load, unlike
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, STATISTICS, name_guess, words_of
@@ -230,6 +230,13 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     seconds = np.arange(file.rows) / (rate or 100.0)
     if time and (stamped := file.of("time")[0]).values is not None:
         seconds = (stamped.values - stamped.values[0]) * TIMES.get(stamped.unit or "s", 1.0)
+    if loads := said_loads(seconds, numbers_of(cell), file.text.above):
+        return Plan(
+            file, "one cell alone, weights put on it one after another",
+            "loads listed above the table, as many as holds", "likely",
+            "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
+            options=loads, blanks=tuple(blanks),
+        )  # fmt: skip
     for column in file.of("other", "label"):
         if column.codes is None or not 0 < np.sum(column.codes >= 0) < file.rows:
             continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,7 +13,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.plan import Blank
 from footcal_cli.sniff.texts import FEW
 from footcal_cli.sniff.tokens import with_unit
-from footcal_cli.sniff.units import MASSES, known_unit
+from footcal_cli.sniff.units import LOADS, MASSES, known_unit
 
 _FEWEST, _ROWS_A_HOLD = 3, 8
 _SHORT_S = 4.0
@@ -20,6 +21,13 @@ _SHORT_S = 4.0
 _MOST_LISTED = 12
 _FINER = (0.01, 0.005, 0.002)
 """Shares of the span below which loads are the same, where a recipe has to say so."""
+_NUMBER = r"\d+(?:\.\d+)?"
+_LISTED = re.compile(
+    r"(?:loads?|weights?|masses|gewichte|lasten|charges|cargas|pesi)\b[^:=\d]*[:=]\s*"
+    rf"(?P<loads>{_NUMBER}(?:[,;]\s*{_NUMBER})+)\s*(?P<unit>[A-Za-z]+)\s*$",
+    re.IGNORECASE,
+)
+"""Loads in a remark: ``loads in order: 0, 1, 2 kg``."""
 _NOTHING_ON = frozenset(
     ["empty", "unloaded", "zero", "none", "nothing", "leer", "vide", "vuoto", "vacío", "0"]
 )
@@ -81,6 +89,31 @@ def typed_loads(
             finer = f"plateaus.same_level = {same_level:g}    # of the span: loads are close"
             return (line, finer) if same_level in _FINER else (line,)
     return ()
+
+
+def said_loads(time_s: FloatArray, reading: FloatArray, above: Sequence[str]) -> tuple[str, ...]:
+    """Options that give each hold its load as a line above the table lists them.
+
+    Parameters
+    ----------
+    time_s, reading
+        Shape (n,).
+    above
+        Lines above the table, of which one may say ``loads: 0, 1, 2 kg``.
+
+    Returns
+    -------
+    lines
+        Of ``[offline_fit]``; none unless one line lists as many loads as there are holds.
+    """
+    lists = [found for line in above if (found := _LISTED.search(line))]
+    if len(lists) != 1 or known_unit(lists[0]["unit"]) not in LOADS:
+        return ()
+    loads = re.findall(_NUMBER, lists[0]["loads"])
+    if len(loads) != np.unique(_holds(time_s, reading).level).size or len({*loads}) < 2:
+        return ()
+    said = f"{', '.join(loads)} {known_unit(lists[0]['unit'])}"
+    return (f'plateaus.loads = "{said}"    # likely: as listed above the table, in order of time',)
 
 
 def _per_hold(found: Plateaus, typed: Sequence[tuple[float, str]]) -> list[float | None]:

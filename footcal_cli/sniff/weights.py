@@ -43,7 +43,11 @@ _FEWEST_PARTS, _WHOLE = 2.0, 1e-6
 """Units that are written beside each other, pounds and ounces: so many parts, a whole number."""
 _BY_CHANCE = 1e-3
 """How rarely columns of one cell lie on lines so far apart."""
-_OF_CELLS = {"cell", "cells", "sensor", "sensors", "channel", "ch", "loadcell", "lc", "foot", "leg"}
+_READ_AGAIN = {
+    "column", "reading", "value", "measurement", "messung", "messwert", "wert", "lectura", "valor",
+    "lecture", "mesure", "valeur", "lettura", "misura", "读数", "読み",
+}  # fmt: skip
+"""What a number behind makes the same once more."""
 _STRAIGHT = 0.98
 """How much of a reading's variance the load on a cell explains at least."""
 
@@ -142,14 +146,12 @@ def weights(
 
 
 def _one_cell(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
-    """Whether readings in columns that are only counted are of one cell: one line is enough.
+    """Whether readings in columns without names, or counted ones, are of one cell.
 
-    Not those that are called cells; nor forces, which agree once their cells are calibrated.
+    One line of the load is enough. ``adc1`` and ``adc2`` may be two cells that were tared alike.
     """
     called = {re.sub(r"\d+", "", c.column) for c in cells}
-    if len(called) > 1 or {*words_of(called.pop())} & _OF_CELLS or {c.unit for c in cells} & {
-        *FORCES
-    }:  # fmt: skip
+    if len(called) > 1 or not {*words_of(called.pop())} <= _READ_AGAIN:
         return False
     force, read = numbers_of(load), np.concatenate([numbers_of(c) for c in cells])
     if read.size != len(cells) * force.size:

@@ -79,7 +79,9 @@ SAMPLE = (
     twenty_third_bench.tdms_as_text, twenty_third_bench.influx_annotated,
     twenty_third_bench.markdown_notebook, twenty_third_bench.summary_mean_sd,
     twenty_third_bench.readings_of_lbf_force, twenty_third_robots.kistler_two_dimensions,
-    twenty_third_robots.json_of_topics, thirteenth_bench.percent_of_full_scale,
+    twenty_third_robots.json_of_topics, twenty_third_robots.flat_message_with_groups,
+    twenty_third_robots.topics_for_legs, twenty_third_robots.holds_of_weights_short,
+    thirteenth_bench.percent_of_full_scale,
 )  # fmt: skip
 
 

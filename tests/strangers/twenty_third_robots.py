@@ -285,11 +285,38 @@ def holds_of_weights_short(to: Path, rng: Rng) -> Made:
     return Made([write(to / "stairs.csv", lines)], truth_of(one, 50))
 
 
+def flat_message_with_groups(to: Path, rng: Rng) -> Made:
+    """A bag as rosbag_to_csv flattens it: groups as empty columns, bare axes behind them."""
+    made, wrench, rot = wrist(rng)
+    lines = ["rosbagTimestamp,header,seq,stamp,secs,nsecs,frame_id,wrench,force,x,y,z,torque,x.1,"
+             "y.1,z.1,roll_deg,pitch_deg,yaw_deg"]  # fmt: skip
+    turned = rot.as_euler("xyz", degrees=True)
+    for i, (w, e) in enumerate(zip(wrench, turned, strict=True)):
+        sec, nanosec = divmod(_NS + 20_000_000 * i, 10**9)
+        force, torque, angles = (rows(*v[:, None], form="%.5f")[0] for v in (w[:3], w[3:], e))
+        lines.append(f"{sec},,{i},,{sec},{nanosec},ft,,,{force},,{torque},{angles}")
+    return Made([write(to / "bag.csv", lines)], tool_truth(made))
+
+
+def topics_for_legs(to: Path, rng: Rng) -> Made:
+    """Two legs that are called by their topics, slashes and all."""
+    lines = ["topic,fx,fy,fz,tx,ty,tz,qx,qy,qz,qw"]
+    values: dict[str, float] = {}
+    within: dict[str, float] = {}
+    for leg in ("left", "right"):
+        made, wrench, rot = wrist(rng, 14, 10)
+        lines += [f"/ft/{leg},{x}" for x in rows(*wrench.T, *rot.as_quat().T, form="%.5f")]
+        truth = tool_truth(made, leg)
+        values |= truth.values
+        within |= truth.within
+    return Made([write(to / "legs.csv", lines)], Truth(values, within))
+
+
 TWENTY_THIRD_ROBOTS = (
     rostopic_echo_p, rostopic_two_topics, plotjuggler_sparse, hold_of_five_seconds,
     hold_of_two_seconds, ati_daq_log, onrobot_decinewtons, bota_with_temperature,
     robotiq_terminal, kistler_two_dimensions, bertec_fz_cop, amti_netforce_moving,
     opensim_mot_two_plates, nexus_one_plate_weights, moticon_insole, pedar_fgt,
     ankle_of_biped_hung, json_of_topics, matrices_and_a_hang_log, walk_without_weights,
-    holds_of_weights_short,
+    holds_of_weights_short, flat_message_with_groups, topics_for_legs,
 )  # fmt: skip
