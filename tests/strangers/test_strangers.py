@@ -77,6 +77,7 @@ SAMPLE = (
     seventeenth.ten_samples_a_row, fourteenth_bench.tracer_daq, fourteenth_bench.openscale,
     *twentieth.TWENTIETH, twenty_first.german_feet, *twenty_second.TWENTY_SECOND,
     twenty_third_bench.tdms_as_text, twenty_third_bench.influx_annotated,
+    twenty_third_bench.names_below_units, twenty_third_bench.listed_loads_held_briefly,
     twenty_third_bench.markdown_notebook, twenty_third_bench.summary_mean_sd,
     twenty_third_bench.readings_of_lbf_force, twenty_third_robots.kistler_two_dimensions,
     twenty_third_robots.json_of_topics, twenty_third_robots.flat_message_with_groups,

@@ -247,10 +247,29 @@ def readings_of_lbf_force(to: Path, rng: Rng) -> Made:
     return Made([write(to / "mark10.csv", lines)], truth_of(one, 800))
 
 
+def names_below_units(to: Path, rng: Rng) -> Made:
+    """Blocks of columns under their cells, a row of units, and the names below that."""
+    cells, kg = {"left": cell(rng), "right": cell(rng)}, steps(_KG, 4)
+    left, right = (one.read(kg * G, rng) for one in cells.values())
+    lines = ["left,,right,", "kg,counts,kg,counts", "Load,Reading,Load,Reading"]
+    return Made([write(to / "blocks.csv", [*lines, *rows(kg, left, kg, right)])],
+                truth_of(cells, 50))  # fmt: skip
+
+
+def listed_loads_held_briefly(to: Path, rng: Rng) -> Made:
+    """Loads held for 2.5 s and put on by hand; a remark lists them."""
+    one, load = cell(rng), settling([G * kg for kg in (0, 1, 2, 5, 2, 0)], 2.5, 80, 1.0)
+    read = one.read(load, rng) + np.round(np.cumsum(rng.normal(0, 3, load.size)))
+    return Made([write(to / "hand.csv", ["# loads: 0, 1, 2, 5, 2, 0 kg", "t,raw",
+                                         *rows(np.arange(load.size) / 80, read)])],
+                truth_of(one, 50))  # fmt: skip
+
+
 TWENTY_THIRD_BENCH = (
     catman_german, quantumx_csv, tdms_as_text, catman_japanese, french_press,
     serial_monitor_stamps, serial_with_tare, influx_lines, influx_annotated, prometheus_dump,
     mqtt_topics, json_nested_lines, candump_of_a_cell, markdown_notebook, summary_mean_sd,
     summary_of_two_cells, plus_minus_cells, blocks_below_units, rate_in_a_sentence,
-    kitchen_video, excel_thousands, swiss_thousands, readings_of_lbf_force,
+    kitchen_video, excel_thousands, swiss_thousands, readings_of_lbf_force, names_below_units,
+    listed_loads_held_briefly,
 )  # fmt: skip
