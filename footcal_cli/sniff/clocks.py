@@ -25,7 +25,6 @@ _TYPED_ROWS, _HELD_S = 100, 5.0
 _ROWS_OF_A_STREAM, _OFTEN = 60, 0.5
 """Fewer rows are no running recording; nor is what has another load in more of its rows."""
 _FEW_LOADS = 20
-_WHOLE_STEPS = "whole steps of"
 _RISING = 0.9
 """Share of the steps of stamps that go up."""
 _CLOCK_STEPS = 8
@@ -151,7 +150,7 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
         "ms" if step <= 2000 else "us" if step <= 2e6 else "ns"
     )  # fmt: skip
     return replace(
-        column, unit=unit, sure="guess", why=f"{_WHOLE_STEPS} {step:g}: taken for {unit}"
+        column, unit=unit, sure="guess", why=f"whole steps of {step:g}: taken for {unit}"
     )
 
 
@@ -189,8 +188,7 @@ def noted_in_seconds(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     why = "whole steps from weight to weight: typed by hand, in s"
     return [
         replace(c, unit="s", why=why)
-        if few and c.quantity == "time" and c.sure == "guess" and c.why.startswith(_WHOLE_STEPS)
-        and c.unit in ("ms", "us") else c
+        if few and c.quantity == "time" and c.sure == "guess" and c.unit in ("ms", "us") else c
         for c in columns
     ]  # fmt: skip
 

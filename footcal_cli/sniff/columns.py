@@ -27,7 +27,7 @@ from footcal_cli.sniff.clocks import (
 from footcal_cli.sniff.derived import without_derived
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.motors import without_supply
-from footcal_cli.sniff.names import STATISTICS, name_guess
+from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.registers import joined_registers
 from footcal_cli.sniff.silent import MEASURED, no_reading
@@ -40,7 +40,7 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.titles import said_by_names
-from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, known_unit
+from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, known_unit, split_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
@@ -54,7 +54,7 @@ _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
 _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
-_LEAST_SUMMARIES = 3
+_LEAST_SUMMARIES = 2
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
 _TICKS, _TICKING = 12, 0.7
 """Rows in which no reading only ever increases, and how many of these steps are not none."""
@@ -99,10 +99,11 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     rows_of = topic(raw)
     if rows_of:
         stamps = next(c.values for c in raw.values() if _stamps(c)).astype(np.float64)
-        raw = at_rows(raw, ~raw[rows_of].empty, stamps, np.inf)
+        raw = at_rows(raw, ~raw[rows_of].silent, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
     raw = {name: _ungrouped(column, text.layout.thousands) for name, column in raw.items()}
-    called = said_by_names(names, path.name.split(".")[0], text.layout.pivot)
+    empty = {name for name, column in raw.items() if column.silent.all()}
+    called = said_by_names(names, path.name.split(".")[0], text.layout.pivot, empty)
     columns = [
         _column(name, raw[name], units.get(name, ""), own)
         for name, own in zip(names, called, strict=True)
@@ -141,11 +142,11 @@ def topic(raw: Mapping[str, RawColumn]) -> str:
     """
     topics: dict[bytes, list[str]] = {}
     for name, column in raw.items():
-        if column.empty.any() and not column.empty.all():
-            topics.setdefault(column.empty.tobytes(), []).append(name)
+        if column.silent.any() and not column.silent.all():
+            topics.setdefault(column.silent.tobytes(), []).append(name)
     if len(topics) < 2 or not any(_stamps(column) for column in raw.values()):
         return ""
-    there = [~raw[names[0]].empty for names in topics.values()]
+    there = [~raw[names[0]].silent for names in topics.values()]
     if np.any(np.sum(there, axis=0) > 1):
         return ""
     felt = ("force", "reading", "load")
@@ -243,8 +244,9 @@ def _straightest(columns: list[ColumnGuess]) -> list[ColumnGuess]:
 
 def _one_statistic(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Of count, mean, scatter and quartiles of one reading, the mean (else the median) is it."""
-    said = {c.column: c for c in columns if c.column.lower() in _SUMMARIES and c.values is not None}
-    by_name = {name.lower(): name for name in said}
+    plain = {c.column: split_unit(c.column)[0].lower() for c in columns if c.values is not None}
+    said = {column for column, name in plain.items() if name in _SUMMARIES}
+    by_name = {plain[column]: column for column in said}
     taken = next((by_name[name] for name in _CENTRES if name in by_name), "")
     if not taken or len(said) < _LEAST_SUMMARIES:
         return columns
@@ -333,6 +335,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
     whole_seconds = "s" if np.all(values == np.round(values)) else ""  # may be counts
     if column.quantity in ("unknown", "reading") and since_1970(values) not in ("", whole_seconds):
         return column.as_quantity("time", "likely", "counts from 1970")
+    if column.quantity == "reading" and column.unit is None and _counts_rows(column.name, values):
+        return column.as_quantity("sequence", "likely", "counts its rows")
     if column.unit is not None and column.unit not in TIMES:
         return column  # whatever has another unit is no time
     if column.quantity == "unknown" and increases(values) and even(values):
@@ -350,6 +354,13 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
             return column
         return column.as_quantity("other", "guess", "called time, but does not increase")
     return column
+
+
+def _counts_rows(name: NameGuess, values: FloatArray) -> bool:
+    """Whether readings go up by one from row to row: numbers of rows, as ``Reading No.`` is."""
+    ends = name.owner.rpartition("_")[2] in ("no", "nr", "nummer", "number")
+    return bool((ends or values.size >= _TICKS) and values.size > 1
+                and abs(values[0]) <= 1 and np.all(np.diff(values) == 1))  # fmt: skip
 
 
 def _counter(values: FloatArray) -> bool:

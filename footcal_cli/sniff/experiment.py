@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
 from footcal_cli.sniff.groups import channel_names, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
-from footcal_cli.sniff.holds import blank_loads, typed_loads
+from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
 from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load, unlike
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, STATISTICS, name_guess, words_of
@@ -19,6 +19,7 @@ from footcal_cli.sniff.plan import (
     Entry,
     Plan,
     extras,
+    load_entry,
     of,
     reading_entry,
     times,
@@ -27,7 +28,6 @@ from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
 from footcal_cli.sniff.weights import (
     known_wrench,
-    load_entry,
     loads_across,
     runs_across,
     weights,
@@ -120,6 +120,12 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             "a centre of pressure without the force that it belongs to",
             "log the vertical force of the plate too (fz), or the readings of its cells; to check "
             "a plate, the known points that were pressed (hole_x_m, hole_y_m)",
+        )
+    if {"x", "y"} <= {c.name.axis for c in file.of("hole")} and {"fz", "tx", "ty"} <= axes:
+        return (
+            "known points on a plate, and the force and moments that it reported",
+            "add its CoP as cop_x_m = -My / Fz and cop_y_m = Mx / Fz (less what Fx and Fy do at "
+            "the depth of its surface): offline-fit compares that with hole_x_m and hole_y_m",
         )
     feet = next((c.words for c in file.of("label") if len(c.words) > 1), ())
     if feet and {"fx", "fy", "fz"} <= axes and not {"tx", "ty", "tz"} & axes:
@@ -224,6 +230,13 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     seconds = np.arange(file.rows) / (rate or 100.0)
     if time and (stamped := file.of("time")[0]).values is not None:
         seconds = (stamped.values - stamped.values[0]) * TIMES.get(stamped.unit or "s", 1.0)
+    if loads := said_loads(seconds, numbers_of(cell), file.text.above):
+        return Plan(
+            file, "one cell alone, weights put on it one after another",
+            "loads listed above the table, as many as holds", "likely",
+            "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
+            options=loads, blanks=tuple(blanks),
+        )  # fmt: skip
     for column in file.of("other", "label"):
         if column.codes is None or not 0 < np.sum(column.codes >= 0) < file.rows:
             continue

@@ -18,11 +18,10 @@ from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import NOT_SAID, Entry, Plan, reading_entry, times
+from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, Plan, reading_entry, times
 from footcal_cli.sniff.six_axis import forces_of, share_a_weight
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
-from footcal_cli.sniff.weights import UNIT_ASKED
 from footcal_cli.tables.textfiles import called_as
 
 _LOAD = re.compile(

@@ -99,8 +99,17 @@ def parted(
     for at in range(len(kept) - 1, 0, -1) if not units else ():
         said = [field for field in kept[at][1] if field.strip("[]()- 1")]
         if said and all(known_unit(field) for field in said):
-            return kept[:at], tuple(kept[at][1])
+            # of blocks of columns the title stands above the units, the names below
+            titled = not _are_quantities(kept[at - 1][1])
+            below = [one for one in kept[at + 1 :] if titled and _are_quantities(one[1])]
+            return kept[:at] + below, tuple(kept[at][1])
     return kept, units
+
+
+def _are_quantities(fields: Sequence[str]) -> bool:
+    """Whether each field of a row, of two or more, names something that is measured."""
+    said = [field for field in fields if field.strip()]
+    return len(said) > 1 and all(name_guess(f).quantity not in ("unknown", "other") for f in said)
 
 
 def names_otherwise(above: Sequence[tuple[int, str]], body: Body) -> tuple[int, list[str]] | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,14 +14,22 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.plan import Blank
 from footcal_cli.sniff.texts import FEW
 from footcal_cli.sniff.tokens import with_unit
-from footcal_cli.sniff.units import MASSES, known_unit
+from footcal_cli.sniff.units import LOADS, MASSES, known_unit
 
 _FEWEST, _ROWS_A_HOLD = 3, 8
 _SHORT_S = 4.0
 """Holds shorter than this need other options: by default 3 s of them must stand still."""
+_SHORTER_S = (2.0, 1.0, 0.5)
 _MOST_LISTED = 12
 _FINER = (0.01, 0.005, 0.002)
 """Shares of the span below which loads are the same, where a recipe has to say so."""
+_NUMBER = r"\d+(?:\.\d+)?"
+_LISTED = re.compile(
+    r"(?:loads?|weights?|masses|gewichte|lasten|charges|cargas|pesi)\b[^:=\d]*[:=]\s*"
+    rf"(?P<loads>{_NUMBER}(?:[,;]\s*{_NUMBER})+)\s*(?P<unit>[A-Za-z]+)\s*$",
+    re.IGNORECASE,
+)
+"""Loads in a remark: ``loads in order: 0, 1, 2 kg``."""
 _NOTHING_ON = frozenset(
     ["empty", "unloaded", "zero", "none", "nothing", "leer", "vide", "vuoto", "vacío", "0"]
 )
@@ -74,12 +84,45 @@ def typed_loads(
         Of ``[offline_fit]``; none where a hold has no weight, or two that differ.
     """
     for same_level in (PlateauOptions().same_level, *_FINER):
-        loads = _per_hold(_holds(time_s, reading, same_level), typed)
+        loads = _per_hold(_holds(time_s, reading, same_level=same_level), typed)
         if len(set(loads)) > 1 and None not in loads:
             said = ", ".join(f"{load:.6g}" for load in loads)
             line = f'plateaus.loads = "{said} kg"    # likely: as typed, in order of time'
             finer = f"plateaus.same_level = {same_level:g}    # of the span: loads are close"
             return (line, finer) if same_level in _FINER else (line,)
+    return ()
+
+
+def said_loads(time_s: FloatArray, reading: FloatArray, above: Sequence[str]) -> tuple[str, ...]:
+    """Options that give each hold its load as a line above the table lists them.
+
+    Parameters
+    ----------
+    time_s, reading
+        Shape (n,).
+    above
+        Lines above the table, of which one may say ``loads: 0, 1, 2 kg``.
+
+    Returns
+    -------
+    lines
+        Of ``[offline_fit]``; none unless one line lists as many loads as there are holds.
+    """
+    lists = [found for line in above if (found := _LISTED.search(line))]
+    if len(lists) != 1 or known_unit(lists[0]["unit"]) not in LOADS:
+        return ()
+    loads = re.findall(_NUMBER, lists[0]["loads"])
+    if len({*loads}) < 2:
+        return ()
+    said = f"{', '.join(loads)} {known_unit(lists[0]['unit'])}"
+    line = f'plateaus.loads = "{said}"    # likely: as listed above the table, in order of time'
+    for shortest in (PlateauOptions().min_hold_s, *_SHORTER_S):
+        window = min(PlateauOptions().window_s, shortest * 2 / 3)
+        holds = _holds(time_s, reading, min_hold_s=shortest, window_s=window)
+        if holds.level.size == len(loads):
+            short = f"plateaus.min_hold_s = {shortest:g}    # as many holds as listed loads"
+            own = (short, f"plateaus.window_s = {window:.3g}") if shortest in _SHORTER_S else ()
+            return (line, *own)
     return ()
 
 
@@ -104,13 +147,11 @@ def _kg(text: str) -> float | None:
     return None if found is None or size is None else float(found[0].replace(",", ".")) * size
 
 
-def _holds(time_s: FloatArray, reading: FloatArray, same_level: float | None = None) -> Plateaus:
+def _holds(time_s: FloatArray, reading: FloatArray, **own: Any) -> Plateaus:
     """Holds of a recording without stamps or readings that are none."""
     good = np.isfinite(reading) & np.isfinite(time_s)
     order = np.argsort(time_s[good], kind="stable")
-    options = PlateauOptions()
-    if same_level is not None:
-        options = replace(options, same_level=same_level)
+    options = replace(PlateauOptions(), **own)
     return find_plateaus(time_s[good][order], reading[good][order], options)
 
 

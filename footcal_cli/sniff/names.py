@@ -102,6 +102,7 @@ STATISTICS = frozenset(
 _MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
+_QUOTED = re.compile(r"(?:^|(?<=/))'|'(?=/|$)")  # /'press'/'ref_N', of a TDMS file
 _F_OF = 3
 _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
@@ -216,7 +217,7 @@ def _of_characters(word: str) -> list[str]:
 
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
-    plain = re.sub(r"\[(\d+)\]", r"_\1", name.lstrip("%#$/ ").rstrip("?: "))
+    plain = re.sub(r"\[(\d+)\]", r"_\1", _QUOTED.sub("", name).lstrip("%#$/ ").rstrip("?: "))
     plain = _RUN.sub("", plain)
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))

@@ -66,9 +66,11 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     least = min(own.size for own in rows)
     if not 1 < len(labels) <= _MOST or least < _LEAST_ROWS:
         return None
-    if np.mean(words[1:] != words[:-1]) < _TAKE_TURNS:
-        return None
     at = _stamps(columns, raw, rows)
+    turns = bool(np.mean(words[1:] != words[:-1]) >= _TAKE_TURNS)
+    # databases list a variable after the other, the load among them, under the same stamps
+    if not turns and not (at and any(map(_tell_loads, named)) and _together(raw[at], rows)):
+        return None
     if not at and max(own.size for own in rows) > least + 1:
         return None
     return Pivot(by, labels, at)
@@ -99,6 +101,12 @@ def _stamps(
             elif quantity == "time" or _shared(each):
                 return column.column
     return ""
+
+
+def _together(stamps: RawColumn, rows: Sequence[IntArray]) -> bool:
+    """Whether every label has the stamps that the others have."""
+    first = np.unique(stamps.values[rows[0]])
+    return all(np.array_equal(first, np.unique(stamps.values[own])) for own in rows[1:])
 
 
 def _shared(each: Sequence[FloatArray]) -> bool:

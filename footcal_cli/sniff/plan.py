@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
+from footcal_cli.sniff.units import SHARES
 from footcal_cli.tables.canonical import NOT_SAID as NOT_SAID
+
+_HZ = r"(\d+(?:[.,]\d+)?)\s*(k?)(?:Hz|SPS|S/s)\b"
+_SAMPLED = r"(?:sampl\w*|logg\w*|record\w*|rate|abtast\w*|messrate|échantillon\w*|muestreo)"
+_SAID_RATE = re.compile(
+    rf"{_SAMPLED}[^.;\n\d]{{0,30}}{_HZ}|{_HZ}\s+(?:data\s+)?(?:sampl|rate|logg)", re.IGNORECASE
+)
+"""``sampled at 80 Hz``, ``80 Hz sampling``; a filter's frequency is no rate."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +95,8 @@ class Plan:
         What is to be filled in.
     warnings
         What could be otherwise.
+    feet, mounting
+        Feet on six-axis transducers, and the recipe's line that says how these are turned in them.
     """
 
     file: FileGuess
@@ -103,6 +114,8 @@ class Plan:
     options: tuple[str, ...] = ()
     blanks: tuple[Blank, ...] = ()
     warnings: tuple[str, ...] = ()
+    feet: tuple[str, ...] = ()
+    mounting: str = ""
 
     @property
     def ready(self) -> bool:
@@ -114,17 +127,44 @@ MASS = Blank(
     ("# [robot]", "# mass_kg =    # the whole robot or person, with all that is worn"),
     "no log says what the robot or person weighs",
 )
+_CAPACITY = Blank(
+    ('# in [columns]: load_n = { column = "…", unit = "N", factor = … }, factor: N of one share',),
+    "the unit of the load is a share, of what the log does not say",
+)
+UNIT_ASKED = Blank(
+    ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
+    "nothing says the unit of the load",
+)
 _RATE = Blank(
     ("# rate_hz = 100.0    # rows per second",),
     "the log has no time stamps; 100 Hz is assumed, which moves no static calibration", False,
 )  # fmt: skip
 
 
+def load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
+    """The entry of known loads; their unit is asked for where nothing says it."""
+    if load.unit in SHARES:
+        return replace(of(load, NOT_SAID), sure="guess", why="a share"), (_CAPACITY,)
+    if load.unit is not None and load.unit != "count":
+        return of(load), ()
+    return replace(of(load, NOT_SAID), sure="guess"), (UNIT_ASKED,)
+
+
 def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | None, list[Blank]]:
     """The entry of time stamps, or a rate to count with."""
     for column in file.of("time"):
         return {"time_s": of(column)}, None, []
+    if needed and (said := rate_said(file)) is not None:
+        return {}, said, []
     return ({}, 100.0, [_RATE]) if needed else ({}, None, [])
+
+
+def rate_said(file: FileGuess) -> float | None:
+    """Rows per second by the lines above the table; None where they say none, or several."""
+    text = "\n".join(file.text.above)
+    found = [(f[1] or f[3], f[2] or f[4]) for f in _SAID_RATE.finditer(text)]
+    rates = {float(number.replace(",", ".")) * (1e3 if kilo else 1.0) for number, kilo in found}
+    return rates.pop() if len(rates) == 1 and 0.0 not in rates else None
 
 
 IN_NEWTON = (

@@ -8,11 +8,19 @@ from pathlib import Path
 
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.plan import Blank, Entry, Plan, of
+from footcal_cli.sniff.plan import Blank, Entry, Plan, of, rate_said
 from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
 
 _ROBOT = "# [robot]"
+_UNTURNED = (
+    "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
+)
+_MOUNTED = (
+    "# if known: no log says how the transducer is mounted.\n"
+    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
+    "# weight_below_n = 0.0    # what hangs below the transducer"
+)
 
 
 def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
@@ -39,7 +47,9 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
             lines += [_asked(blank), *blank.lines[1:]]
     tables: dict[str, str] = {}
     for part in parts:
-        for table in part.plan.robot:
+        turned = part.plan.mounting or _UNTURNED
+        feet = (f"[robot.feet.{_key(foot)}]\n{turned}\n{_MOUNTED}" for foot in part.plan.feet)
+        for table in (*part.plan.robot, *feet):
             tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
     lines += [line for line in tables.values() if not line.startswith("[")]
     for table in tables.values():
@@ -145,7 +155,9 @@ def _file_lines(part: Part, several: bool) -> list[str]:
     lines: list[str] = []
     own = _layout_lines(plan.file)
     if plan.rate_hz is not None:
-        own.append(f"rate_hz = {plan.rate_hz:g}    # guess: the log has no time stamps")
+        known = rate_said(plan.file) == plan.rate_hz
+        why = "likely: as said above the table" if known else "guess: the log has no time stamps"
+        own.append(f"rate_hz = {plan.rate_hz:g}    # {why}")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
         apart = beside.file.path.parent != part.paths[0].parent

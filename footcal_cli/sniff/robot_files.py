@@ -11,7 +11,7 @@ from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.plan import Plan
-from footcal_cli.sniff.six_axis_feet import MOTION, UNTURNED
+from footcal_cli.sniff.six_axis_feet import MOTION
 
 
 def with_body(plan: Plan, body: FileGuess, mounting: str = "") -> list[Part]:
@@ -26,8 +26,9 @@ def with_body(plan: Plan, body: FileGuess, mounting: str = "") -> list[Part]:
     )  # fmt: skip
     blanks = tuple(blank for blank in plan.blanks if blank != MOTION)
     kind = f"{plan.kind}; with a body stream"
-    robot = tuple(line.replace(UNTURNED, mounting or UNTURNED) for line in plan.robot)
-    sensors = replace(plan, command="online-replay", kind=kind, blanks=blanks, robot=robot)
+    sensors = replace(
+        plan, command="online-replay", kind=kind, blanks=blanks, mounting=mounting or plan.mounting
+    )
     return [
         Part(sensors, (plan.file.path,), escaped(plan.file.path.name)),
         Part(other, (body.path,), escaped(body.path.name)),

@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
 from footcal_cli.sniff.axes import axes_of, said_above
+from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import pairs_in_series
@@ -215,7 +216,7 @@ def leg_tables(names: Iterable[str], mounts: Mounts | None) -> tuple[str, ...]:
     tables = []
     for name in names:
         lines = [
-            f"[robot.legs.{name}]",
+            f"[robot.legs.{toml_key(name)}]",
             "# position_m = [0.0, 0.0, 0.0]    # the transducer in the body frame: pose-calib's",
         ]
         if mounts is not None and name in mounts.rotation:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from footcal_cli.sniff.axes import axes_of, said_above
+from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.groups import transducers_by_stem
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
@@ -54,7 +55,7 @@ def plates_of(
     said, tables = said_above(file), []
     for name, group in six.items():
         entries[f"{name}_plate_counts"] = axes_of(group, said)["fz_n"]
-        tables.append(f"[robot.feet.{name}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
+        tables.append(f"[robot.feet.{toml_key(name)}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
     return Plan(
         file, f"{len(six)} six-axis plates under one weight", "vertical forces that add up to what "
         "hardly changes", "likely", "static-init", "cells", entries,
@@ -70,14 +71,6 @@ MOTION = Blank(
      "#                 # footcal kinematics makes them of joint positions and a URDF"),
     "transducers at feet are weighed with the body's motion, which the log does not have",
 )  # fmt: skip
-UNTURNED = (
-    "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
-)
-_MOUNTED = (
-    "# if known: no log says how the transducer is mounted.\n"
-    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
-    "# weight_below_n = 0.0    # what hangs below the transducer"
-)
 
 
 def ankles(
@@ -91,16 +84,12 @@ def ankles(
         entries |= axes_of(group, said, prefix=f"{name}_")
     body = body_entries(file)
     mounting = mounted(six, body) if len(six) > 1 else ""
-    turned = f"\n{mounting or UNTURNED}"
     entries |= {name: entry for name, entry in body.items() if name != "time_s"}
     command = "online-replay" if file.of("com") else "static-init"
     moves = ", with the body's motion" if file.of("com") else ""
     return Plan(
         file, f"six-axis transducers at {'two' if len(six) == 2 else len(six)} feet{moves}",
         "six axes of each, that carry a weight together", "likely", command, "cells", entries, (),
-        robot=(
-            *upright(file, body),
-            *(f"[robot.feet.{foot}]{turned}\n{_MOUNTED}" for foot in six),
-        ),
+        robot=upright(file, body), feet=tuple(six), mounting=mounting,
         blanks=(MASS, *(() if file.of("com") else (MOTION,)), *blanks),
     )  # fmt: skip

@@ -6,7 +6,7 @@ Room: sniff; asked by columns.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.tables.reading import Pivot
@@ -20,7 +20,9 @@ _AXES = {"A": "x", "M": "y", "V": "z"}
 _OF_A_FILE = ("acceleration", "gravity", "quaternion")
 
 
-def said_by_names(names: Sequence[str], stem: str, pivot: Pivot | None) -> list[str]:
+def said_by_names(
+    names: Sequence[str], stem: str, pivot: Pivot | None, empty: Collection[str] = ()
+) -> list[str]:
     """What each column's name says.
 
     A title that all names begin with (``Run 1: Force (N)``) is left out, and bare axes are of what
@@ -35,12 +37,27 @@ def said_by_names(names: Sequence[str], stem: str, pivot: Pivot | None) -> list[
         The file's name without its suffix.
     pivot
         How the table was turned, None where it was not.
+    empty
+        Names of columns without a value: of messages, the groups that stand before their axes.
     """
     titles = {name.partition(":")[0] for name in names}
     titled = len(names) >= _LEAST_NAMES and len(titles) == 1 and all(": " in n for n in names)
     said = [name.partition(":")[2].strip() or name for name in names] if titled else list(names)
-    said = _anatomical([_of_its_file(name, stem) for name in said])
+    said = _anatomical([_of_its_file(name, stem) for name in _in_groups(said, empty)])
     return said if pivot is None else [_labelled(name, pivot) for name in said]
+
+
+def _in_groups(names: Sequence[str], empty: Collection[str]) -> list[str]:
+    """Bare axes behind the group that they are of: ``force,x,y,z,torque,x.1`` of a flat message."""
+    group, said = "", []
+    for name in names:
+        axis = re.sub(r"\.\d+$", "", name.strip().lower())
+        bare = axis in _BARE_AXES
+        if not bare:
+            group = name if name in empty else ""
+        within = f"{group} {axis}"
+        said.append(within if bare and group and name_guess(within).axis else name)
+    return said
 
 
 def _of_its_file(name: str, stem: str) -> str:

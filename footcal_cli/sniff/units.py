@@ -60,6 +60,8 @@ _SUFFIXES = {
     "db": "dB", "dbm": "dB", "ppm": "ppm", "pct": "%", "percent": "%",
 }  # fmt: skip
 _DEGREES = {"c": "degC", "f": "degF", "k": "K"}
+_RATIO = re.compile(r"[_\s.-]+mV[_\s.-]?(?:per[_\s.-]?)?V$", re.IGNORECASE)
+"""What a bridge gives for each volt, without a slash: ``cell_mV_V``."""
 _SPLIT = re.compile(r"[_\s/.\-,]+")
 _TIMES = "[-_. *·⋅×]?"
 _TORQUE = (
@@ -108,6 +110,8 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     parted = _COUNTED.fullmatch(found["unit"].strip()) if found else None
     if found and parted and (unit := known_unit(parted[2])) and float(parted[1]) > 0:
         return found["stem"], unit, float(parted[1])
+    if ratio := _RATIO.search(name):
+        return name[: ratio.start()], "mV/V", 1.0
     product = _PRODUCT.search(name)
     if product and (unit := known_unit(product["unit"])) is not None:
         return name[: product.start()].rstrip("_ /.-,"), unit, 1.0

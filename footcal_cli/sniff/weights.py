@@ -20,11 +20,11 @@ from footcal_cli.sniff.holds import short_holds
 from footcal_cli.sniff.names import PUT, words_of
 from footcal_cli.sniff.plan import (
     FORCES,
-    NOT_SAID,
     Blank,
     Entry,
     Plan,
     extras,
+    load_entry,
     of,
     reading_entry,
     times,
@@ -43,12 +43,13 @@ _FEWEST_PARTS, _WHOLE = 2.0, 1e-6
 """Units that are written beside each other, pounds and ounces: so many parts, a whole number."""
 _BY_CHANCE = 1e-3
 """How rarely columns of one cell lie on lines so far apart."""
+_READ_AGAIN = {
+    "column", "reading", "value", "measurement", "messung", "messwert", "wert", "lectura", "valor",
+    "lecture", "mesure", "valeur", "lettura", "misura", "读数", "読み",
+}  # fmt: skip
+"""What a number behind makes the same once more."""
 _STRAIGHT = 0.98
 """How much of a reading's variance the load on a cell explains at least."""
-UNIT_ASKED = Blank(
-    ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
-    "nothing says the unit of the load",
-)
 
 
 def weights(
@@ -145,8 +146,12 @@ def weights(
 
 
 def _one_cell(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
-    """Whether readings in columns without names are of one cell: one line of the load is enough."""
-    if not all(re.fullmatch(r"column_\d+", c.column) for c in cells):
+    """Whether readings in columns without names, or counted ones, are of one cell.
+
+    One line of the load is enough. ``adc1`` and ``adc2`` may be two cells that were tared alike.
+    """
+    called = {re.sub(r"\d+", "", c.column) for c in cells}
+    if len(called) > 1 or not {*words_of(called.pop())} <= _READ_AGAIN:
         return False
     force, read = numbers_of(load), np.concatenate([numbers_of(c) for c in cells])
     if read.size != len(cells) * force.size:
@@ -369,13 +374,6 @@ def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
         "a load and numbered runs in a row", "likely", "offline-fit", "weights",
         {"load_n": entry, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
     )  # fmt: skip
-
-
-def load_entry(load: ColumnGuess) -> tuple[Entry, tuple[Blank, ...]]:
-    """The entry of known loads; their unit is asked for where nothing says it."""
-    if load.unit is not None and load.unit != "count":
-        return of(load), ()
-    return replace(of(load, NOT_SAID), sure="guess"), (UNIT_ASKED,)
 
 
 def _stream(

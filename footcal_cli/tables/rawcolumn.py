@@ -37,6 +37,13 @@ class RawColumn:
     empty: BoolArray
     lines: NDArray[np.int64] | None = None
 
+    @property
+    def silent(self) -> BoolArray:
+        """Where there is no value: an empty cell, or one that is no number, shape (n,)."""
+        if self.values.dtype.kind != "f":
+            return self.empty
+        return np.asarray(self.empty | np.isnan(self.values), dtype=np.bool_)
+
     def row(self, position: int) -> str:
         """A row for people: lines of a text file, rows of Parquet counted from 1."""
         return f"row {position + 1}" if self.lines is None else f"line {self.lines[position]}"

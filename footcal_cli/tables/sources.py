@@ -124,7 +124,7 @@ def _of_one_topic(
     path: Path, reading: Reading, raw: Mapping[str, RawColumn]
 ) -> dict[str, RawColumn]:
     """The rows of one topic, the columns of others brought to its times."""
-    kept = ~raw[reading.rows_of].empty
+    kept = ~raw[reading.rows_of].silent
     if not kept.any():
         raise DataError("no row has a value", file=path, column=reading.rows_of,
                         remedy="correct rows_of in [[files]]")  # fmt: skip
@@ -150,8 +150,8 @@ def at_rows(
     found = {}
     for name, column in raw.items():
         lines = None if column.lines is None else column.lines[kept]
-        there = np.flatnonzero(~column.empty)
-        if not column.empty[kept].any() or not there.size:
+        there = np.flatnonzero(~column.silent)
+        if not column.silent[kept].any() or not there.size:
             values, empty = column.values[kept], column.empty[kept]
             found[name] = RawColumn(column.kind, values, empty, lines)
             continue

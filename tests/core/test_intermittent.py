@@ -62,6 +62,10 @@ def test_a_leg_that_is_turned_from_hold_to_hold_and_back_has_no_loose_contact() 
     reading = 3.0 * np.cos(held) + rng.normal(0.0, 0.03, N)
     assert is_loose(find_spells(reading))
     assert not find_spells(reading, held[:, None] + rng.normal(0.0, 1e-4, (N, 1))).any()
+    # an attitude that came in every other sample
+    seldom = held[:, None] + rng.normal(0.0, 1e-4, (N, 1))
+    seldom[1::2] = np.nan
+    assert not find_spells(reading, seldom).any()
 
 
 def test_what_moves_for_several_samples_has_no_loose_contact() -> None:

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from footcal_cli.formats.detect import open_source
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of, why_not
+from footcal_cli.sniff.plan import times
 from footcal_cli.sniff.said_weights import sums_of
 from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.tables.foreign import cards
@@ -140,9 +141,8 @@ def test_how_transducers_at_feet_are_turned(tmp_path: Path) -> None:
     names += [*(f"com_{a}" for a in "xyz"), *(f"com_acc_{a}" for a in "xyz")]
     plan = plan_of(guess_file(_written(tmp_path / "walk.csv", ",".join(names), *columns)))
     assert plan is not None
-    said = [x for table in plan.robot for x in table.splitlines() if x.startswith("transducer_rot")]
-    assert len(said) == 2
-    assert all("[0, -1.570796, 0]" in line for line in said)
+    assert len(plan.feet) == 2
+    assert "transducer_rotation_rpy_rad = [0, -1.570796, 0]" in plan.mounting
 
 
 def test_a_plate_keeps_its_number(tmp_path: Path, run: Run) -> None:
@@ -164,3 +164,20 @@ def test_a_plate_keeps_its_number(tmp_path: Path, run: Run) -> None:
     plan = plan_of(guess_file(_written(tmp_path / "o.csv", head, np.arange(n) / 100, *columns)))
     assert plan is not None
     assert "plate_2_fz_n" in plan.entries
+
+
+@pytest.mark.parametrize(
+    ("said", "rate_hz"),
+    [
+        ("press run, both channels sampled at 80 Hz", 80.0),
+        ("1.2 kHz sampling, low-pass at 50 Hz", 1200.0),
+        ("low-pass filter at 50 Hz", 100.0),
+        ("sampled at 80 Hz, then logged at 10 Hz", 100.0),
+    ],
+)
+def test_a_rate_in_a_sentence(said: str, rate_hz: float, tmp_path: Path) -> None:
+    """A sampling rate above the table is taken; a filter's frequency, or two rates, are not."""
+    log = tmp_path / "cell.csv"
+    read = np.random.default_rng(0).integers(0, 900, 40)
+    log.write_text("\n".join([f"# {said}", "a_counts,b_counts", *(f"{v},{2 * v}" for v in read)]))
+    assert times(guess_file(log), needed=True)[1] == rate_hz

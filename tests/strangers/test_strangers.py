@@ -42,6 +42,8 @@ from tests.strangers import (
     twentieth,
     twenty_first,
     twenty_second,
+    twenty_third_bench,
+    twenty_third_robots,
     unseen,
 )
 from tests.strangers.rigs import Write
@@ -69,6 +71,13 @@ SAMPLE = (
     twentieth.poses_alone, twentieth.one_row, twentieth.stamps_out_of_order,
     twenty_second.matrices_in_a_second_file, twenty_second.angle_of_the_shaft,
     twenty_second.results_of_a_calibration, twenty_second.one_axis_is_dead,
+    twenty_third_bench.tdms_as_text, twenty_third_bench.influx_annotated,
+    twenty_third_bench.names_below_units, twenty_third_bench.listed_loads_held_briefly,
+    twenty_third_bench.markdown_notebook, twenty_third_bench.summary_mean_sd,
+    twenty_third_bench.readings_of_lbf_force, twenty_third_robots.kistler_two_dimensions,
+    twenty_third_robots.json_of_topics, twenty_third_robots.flat_message_with_groups,
+    twenty_third_robots.topics_for_legs, twenty_third_robots.holds_of_weights_short,
+    thirteenth_bench.percent_of_full_scale,
 )  # fmt: skip
 """Shapes that between them pass every line of the reader; the whole corpora are slow."""
 
@@ -111,6 +120,7 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "twentieth",
         "twenty_first",
         "twenty_second",
+        "twenty_third",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -121,6 +131,9 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
         "twentieth": twentieth.TWENTIETH, "twenty_first": twenty_first.TWENTY_FIRST,
         "twenty_second": twenty_second.TWENTY_SECOND,
+        "twenty_third": (
+            *twenty_third_bench.TWENTY_THIRD_BENCH, *twenty_third_robots.TWENTY_THIRD_ROBOTS
+        ),
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),

@@ -50,7 +50,8 @@ def find_spells(
     reading
         One recording in order of time, NaN where a sample was lost, shape (n,).
     held
-        How the sensor was held and turned, shape (n, k): where that steps, the load does.
+        How the sensor was held and turned, shape (n, k): where that steps, the load does. NaN
+        where it was not recorded.
     resolution
         Step of the converter.
     """
@@ -64,7 +65,7 @@ def find_spells(
     # what moves takes several samples
     abrupt = _abrupt(steps, resolution) & (beside < BACK * size)
     if held is not None:
-        turned = np.abs(np.diff(held[good], axis=0))
+        turned = np.abs(np.diff(_between(held)[good], axis=0))
         abrupt &= ~np.any(turned > ABRUPT * np.nanmedian(turned, axis=0), axis=1)
     edges = np.flatnonzero(abrupt)
     longest, end, levels = LONGEST * good.size, -1, _levels(level)
@@ -82,6 +83,16 @@ def find_spells(
         elif out <= longest:
             found[: good[out] + 1] = True
     return found
+
+
+def _between(held: FloatArray) -> FloatArray:
+    """Columns (n, k) with what is missing put in between its neighbours; zero without any."""
+    at, filled = np.arange(len(held)), np.zeros_like(held)
+    for i, column in enumerate(held.T):
+        known = np.isfinite(column)
+        if known.any():
+            filled[:, i] = np.interp(at, at[known], column[known])
+    return filled
 
 
 def _abrupt(steps: FloatArray, resolution: float) -> BoolArray:

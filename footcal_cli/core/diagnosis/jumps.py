@@ -47,6 +47,8 @@ class Jump:
         Sd by which that channel differs from one swing to the next, and its output's unit.
     size
         In units of what is usual.
+    left
+        Sum of squares of means of blocks about a line with this step.
     """
 
     p: float = 1.0
@@ -55,6 +57,7 @@ class Jump:
     usual: float = 0.0
     unit: str = ""
     size: float = 0.0
+    left: float = np.inf
 
     def is_form_of(self, other: Jump, share: float) -> bool:
         """Whether it lies where the other one does, and is at most a share of it.
@@ -107,6 +110,7 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
         usual=usual * float(np.mean(problem.noise)),
         unit=problem.units[0],
         size=abs(float(along[at] / energy[at])) / usual,
+        left=left,
     )
 
 

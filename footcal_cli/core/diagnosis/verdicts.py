@@ -22,7 +22,7 @@ from footcal_cli.core.diagnosis.engine import (
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
-from footcal_cli.core.diagnosis.jumps import means_of_blocks
+from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.pairs import in_other_cells
 from footcal_cli.core.diagnosis.path import Path
@@ -72,7 +72,7 @@ def _outdone(path: Path, rules: Rules) -> bool:
 
     Too few blocks may inform of it to name it, and it is not excluded. With the variance estimated
     beside each of the two, ``2 ln L`` of the B means of blocks differs by ``B ln(S / S')``, S and
-    S' what they leave.
+    S' what they leave. A step from one block to the next is one of them, whatever its moment.
     """
     lib = path.rounds[0].library
     problem = lib.problem
@@ -92,8 +92,9 @@ def _outdone(path: Path, rules: Rules) -> bool:
     rest = np.maximum(whole - along, 1e-9 * whole)
     ends = np.cumsum([len(own) for own in asked])
     least = [float(part.min()) for part in np.split(rest, ends[:-1])]
-    more = problem.blocks * np.log(least[0] / min(least[1:]))
-    return bool(more > stats.chi2.isf(rules.alpha_small / len(others), 1))
+    best = min([*least[1:], step_beside(problem, problem.fitted).left])
+    more = problem.blocks * np.log(least[0] / best)
+    return bool(more > stats.chi2.isf(rules.alpha_small / (len(others) + problem.blocks), 1))
 
 
 def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:
