@@ -77,11 +77,12 @@ def _other_forms(
     calibration absorbs. The moment of a series is known to a row. Forms within the 95 % limit of
     the likelihood ratio are left open.
     """
-    known = (*OF_THE_LOGS, *((GridOf.SPAN,) if subject.problem.rate_hz > 0 else ()))
     held = [
         p for p in effect.shapes
-        if f"{owner}.{p.name}" not in model.names and p.grid_of not in known
+        if f"{owner}.{p.name}" not in model.names and p.grid_of not in OF_THE_LOGS
     ]  # fmt: skip
+    if held and subject.problem.rate_hz > 0:
+        held = [p for p in held if p.grid_of is not GridOf.SPAN]
     if not held:
         return []
     link = next(k for k in model.chain.links if k.effect is effect and owner in k.owners)

@@ -88,7 +88,7 @@ class Subject:
         left, *_ = np.linalg.lstsq(problem.calibration, model.residual)
         values, change = dict(self.case.values), problem.calibration_turn @ left
         for parameter, by in zip(self.case.calibration, change.tolist(), strict=True):
-            values[parameter.name] -= by
+            values[parameter.name] = values.get(parameter.name, parameter.value) - by
         begun = {n: v for n, v in model.values.items() if n not in self.case.values}
         linear = model.residual - problem.calibration @ left
         bent = residual(self.case, self.rows, {**values, **begun}, model.chain) - linear

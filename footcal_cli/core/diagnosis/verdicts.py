@@ -68,7 +68,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
 
 
 def _outdone(path: Path, rules: Rules) -> bool:
-    """Whether a cause that was not named explains surely more than the only name.
+    """Whether a cause of a cell that was not named explains surely more than the only name.
 
     Too few blocks may inform of it to name it, and it is not excluded. With the variance estimated
     beside each of the two, ``2 ln L`` of the B means of blocks differs by ``B ln(S / S')``, S and
@@ -81,7 +81,8 @@ def _outdone(path: Path, rules: Rules) -> bool:
     said = {s.cause for cause in path.causes
             for s in (cause.signature, *cause.rivals, *cause.places)}  # fmt: skip
     others = [c for c, one in enumerate(lib.causes) if one not in said]
-    if len(mine) != 1 or not others or problem.drifts or problem.rate_hz <= 0:
+    one_cell = problem.traces is not None and len(problem.traces.names) == 1
+    if len(mine) != 1 or not others or problem.drifts or not one_cell:
         return False
     asked = [[lib.index(int(k)) for k in lib.columns[c]] for c in (*mine, *others)]
     columns = problem.columns[:, [k for own in asked for k in own]]
