@@ -129,7 +129,7 @@ def _with_time_unit(column: ColumnGuess) -> ColumnGuess:
         return replace(column, sure="sure") if column.unit else column
     values = values[np.isfinite(values)]
     first, steps = abs(float(values[0])), np.diff(values)
-    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    step = usual_step(steps)
     words = column.column.lower()
     for word, unit in (("milli", "ms"), ("micro", "us"), ("nano", "ns"), ("msec", "ms")):
         if word in words:
@@ -242,11 +242,20 @@ def even(values: FloatArray) -> bool:
     return bool(np.quantile(np.abs(steps - np.median(steps)), 0.8) <= 0.3 * np.median(steps))
 
 
+def usual_step(steps: FloatArray) -> float:
+    """Mean of the steps near the median one, 0 without any: stamps in whole ms round each one."""
+    later = steps[steps > 0]
+    if not later.size:
+        return 0.0
+    middle = float(np.median(later))
+    return float(np.mean(later[np.abs(later - middle) < 0.5 * middle]))
+
+
 def rate_of(columns: list[ColumnGuess]) -> float | None:
     """Rows per second by the stamps, None without any."""
     for column in columns:
         if column.quantity == "time" and column.values is not None:
             steps = np.diff(column.values)
-            steps = steps[steps > 0] * TIMES.get(column.unit or "s", 1.0) * column.name.factor
-            return float(1 / np.median(steps)) if steps.size else None
+            step = usual_step(steps) * TIMES.get(column.unit or "s", 1.0) * column.name.factor
+            return 1.0 / step if step else None
     return None

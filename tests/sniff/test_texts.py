@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.errors import DataError
-from footcal_cli.sniff.clocks import even, increases, restarts, since_1970
+from footcal_cli.sniff.clocks import even, increases, restarts, since_1970, usual_step
 from footcal_cli.sniff.encodings import encoding_of
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.header import with_units_said
@@ -248,3 +248,10 @@ def test_minus_one_among_forces_is_a_lost_packet() -> None:
     assert no_reading(around_zero) == ()
     assert no_reading(np.maximum(around_zero, -1.0)) == ()
     assert no_reading(np.repeat([-1.0, 0.0, 1.0, 2.0, 5.0], 4)) == ()
+
+
+def test_the_rate_of_stamps_in_whole_milliseconds_is_that_of_the_clock() -> None:
+    """80 Hz is 12 or 13 ms from row to row; a pause is no step."""
+    stamps = np.round(np.concatenate([np.arange(400), 900 + np.arange(400)]) / 80.0, 3)
+    assert 1.0 / usual_step(np.diff(stamps)) == pytest.approx(80.0, rel=1e-3)
+    assert usual_step(np.zeros(3)) == 0.0
