@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import Parameter
 from footcal_cli.errors import DataError
@@ -162,3 +163,31 @@ def test_a_hip_beyond_all_mounting_errors_is_a_refusal_and_no_error_of_ours() ->
     with pytest.raises(DataError, match=r"fl\.mount_pos_x is -0\.215 m") as refused:
         _at(placed, {"fl.mount_pos_x": -0.215}, Path("parameters.json"))
     assert "plug" in refused.value.line()
+
+
+def test_an_offset_that_jumps_in_one_hanging_is_no_drift(run: Run, tmp_path: Path) -> None:
+    """Of 24 orientations of a wrist sensor all from the fifteenth on are 3 N off along y."""
+    rng = np.random.default_rng(33)
+    com, rows = np.array([0.02, -0.01, 0.11]), []
+    offset = np.array([4.0, -7.0, 12.0, 0.3, -0.2, 0.1])
+    for pose in range(24):
+        axis, angle = rng.normal(size=3), rng.uniform(-1.2, 1.2)
+        turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+        force = 2.3 * turn.inv().apply([0.0, 0.0, -9.80665])
+        wrench = offset + np.concatenate([force, np.cross(com, force)])
+        wrench[1] += 3.0 * (pose >= 14)
+        x, y, z, w = turn.as_quat()
+        for row in range(10):
+            noise = rng.normal(size=6) * np.repeat([0.08, 0.004], 3)
+            rows.append([4.0 * pose + 0.04 * row, *(wrench + noise), w, x, y, z])
+    names = "time_s,Fx,Fy,Fz,Tx,Ty,Tz,qw,qx,qy,qz"
+    lines = [",".join(f"{value:.6g}" for value in row) for row in rows]
+    log, recipe = tmp_path / "wrist.csv", tmp_path / "r.toml"
+    log.write_text("\n".join([names, *lines]) + "\n")
+    assert run("init", log, "-o", recipe).exit_code == 0
+    out = tmp_path / "out"
+    asked = ("--experiment", "hang", "--recipe", recipe, "--out", out, "--no-pictures")
+    assert run("diagnose", *asked).exit_code == 0
+    record = read_record(DiagnosisRecord, out / "diagnosis.json")
+    assert record.verdict not in ("none", "underpowered")
+    assert {cause.effect for cause in record.causes} <= {"offset_change"}

@@ -85,7 +85,8 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     RSS_step) / (RSS_step / ν) ~ F(1, ν)``, Bonferroni over all steps. A reading that drifts gives
     a step as well, and others beside it.
     """
-    if problem.traces is None or problem.rate_hz <= 0 or problem.settings is not None:
+    several = len(problem.outputs) > 1 or problem.settings is not None
+    if problem.traces is None or problem.rate_hz <= 0 or several:
         return Jump()
     mean = means_of_blocks(problem, np.column_stack([problem.residual, fitted]))
     onto, size, _ = np.linalg.svd(mean[:, 1:], full_matrices=False)
@@ -115,10 +116,12 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
 
 
 def means_of_blocks(problem: Problem, columns: FloatArray) -> FloatArray:
-    """Means of row columns, shape (m, k), over each block, shape (B, k)."""
-    rows = np.maximum(np.bincount(problem.block, minlength=problem.blocks), 1)
-    sums = np.zeros((problem.blocks, columns.shape[1]))
-    np.add.at(sums, problem.block, columns)
+    """Means of row columns, shape (m, k), over each block and output, shape (B · outputs, k)."""
+    outputs = len(problem.outputs)
+    at = problem.block * outputs + problem.output
+    rows = np.maximum(np.bincount(at, minlength=problem.blocks * outputs), 1)
+    sums = np.zeros((rows.size, columns.shape[1]))
+    np.add.at(sums, at, columns)
     return np.asarray(sums / rows[:, None])
 
 

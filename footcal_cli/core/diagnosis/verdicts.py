@@ -29,6 +29,8 @@ from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
+from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.evidence import sign_patterns
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
@@ -51,7 +53,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         at_an_end(subject, path.causes, path.model)
         or bend_left(last, path.causes)
         or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
-        or _outdone(path, rules)
+        or _outdone(subject.case, path, rules)
     )
     if verdict in NAMING and copied:
         # a size that only its bound stops is the size of something else, as is a curve's mean gain,
@@ -67,8 +69,8 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     return verdict, share
 
 
-def _outdone(path: Path, rules: Rules) -> bool:
-    """Whether a cause of a cell that was not named explains surely more than the only name.
+def _outdone(case: Case, path: Path, rules: Rules) -> bool:
+    """Whether a cause of one sensor that was not named explains surely more than the only name.
 
     Too few blocks may inform of it to name it, and it is not excluded. With the variance estimated
     beside each of the two, ``2 ln L`` of the B means of blocks differs by ``B ln(S / S')``, S and
@@ -81,8 +83,9 @@ def _outdone(path: Path, rules: Rules) -> bool:
     said = {s.cause for cause in path.causes
             for s in (cause.signature, *cause.rivals, *cause.places)}  # fmt: skip
     others = [c for c, one in enumerate(lib.causes) if one not in said]
-    one_cell = problem.traces is not None and len(problem.traces.names) == 1
-    if len(mine) != 1 or not others or problem.drifts or not one_cell:
+    channels = channels_of(case.logs)
+    alone = len(channels) == 1 or (is_six_axis(channels) and len(channels) == len(problem.outputs))
+    if len(mine) != 1 or not others or problem.drifts or not alone:
         return False
     asked = [[lib.index(int(k)) for k in lib.columns[c]] for c in (*mine, *others)]
     columns = problem.columns[:, [k for own in asked for k in own]]
