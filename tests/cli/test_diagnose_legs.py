@@ -165,6 +165,7 @@ def test_a_hip_beyond_all_mounting_errors_is_a_refusal_and_no_error_of_ours() ->
     assert "plug" in refused.value.line()
 
 
+@pytest.mark.slow
 def test_an_offset_that_jumps_in_one_hanging_is_no_drift(run: Run, tmp_path: Path) -> None:
     """Of 24 orientations of a wrist sensor all from the fifteenth on are 3 N off along y."""
     rng = np.random.default_rng(33)
