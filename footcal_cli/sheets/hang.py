@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.effects.six_axis_beliefs import LEG_COM
 from footcal_cli.core.hang.binned import binned_com
+from footcal_cli.core.hang.gains import unequal_gains
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.hang.words import hanging_thing
@@ -208,6 +209,7 @@ def verdict(
         )
     excess = fits[worst].misfit(runs[worst])
     poor = sd[worst] > POOR_FORCE_N and excess > POOR_EXCESS
+    poor |= any(unequal_gains(parts) for parts in runs.values())
     compared = (
         f"{number(excess, 2)} times the noise from sample to sample: something is not in the model"
         if poor
@@ -261,6 +263,15 @@ def findings(
     thing = hanging_thing({leg: fit.model.order for leg, fit in fits.items()})
     for leg, fit in fits.items():
         yield from _no_weight(leg, fit, runs[leg], f"{thing} {leg}")
+        unequal = unequal_gains(runs[leg])
+        if unequal:
+            yield Finding(
+                "unequal_gains", "warning", f"{thing} {leg}",
+                f"the gains of the force axes differ by {100 * unequal.spread:.1f} %: a weight and "
+                f"a mounting do not explain them, and offsets may be off by "
+                f"{number(unequal.offset_moved_n, 2)} N",
+                "correct the readings by the transducer's own matrix, or find it by known wrenches",
+            )  # fmt: skip
         cosine = np.sum(fit.gravity_dir_t * fit.model.nominal_dir_t, axis=1)
         angle = np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
         for label, tilt in zip(fit.model.log_labels(), angle, strict=True):
