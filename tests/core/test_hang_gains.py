@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -44,10 +46,8 @@ def test_equal_gains_are_no_finding(seed: int) -> None:
 
 def test_few_attitudes_or_those_in_a_plane_say_nothing() -> None:
     assert unequal_gains(hung(2, np.diag([1.0, 1.0, 1.06]), attitudes=6)) is None
-    flat = list(hung(3, np.diag([1.0, 1.0, 1.06]), 9))
-    along = [
-        HangRun(np.array([0.0, np.sin(k), -np.cos(k)]), run.wrench, *([run.phase_rad] * 3), 22.5,
-                run.phase_rad, run.phase_rad)
-        for k, run in enumerate(flat)
-    ]  # fmt: skip
-    assert unequal_gains(along) is None
+    flat = [
+        replace(run, nominal_dir_t=np.array([0.0, np.sin(k), -np.cos(k)]))
+        for k, run in enumerate(hung(3, np.diag([1.0, 1.0, 1.06]), 9))
+    ]
+    assert unequal_gains(flat) is None
