@@ -38,8 +38,7 @@ def hang_calib(session: Session[HangCalibOptions]) -> Outcome:
         logs, rejected = leg_logs(tables, session.recipe, options, session.parameters)
         runs = {leg: hang_runs(log)[0] for leg, log in logs.items()}
     with session.step("fit"):
-        measured = not any("orientation" in table for table in tables)
-        asked = hang_options(options, session.recipe, measured=measured)
+        asked = hang_options(options, session.recipe, tables)
         fits = {leg: fit_hang(log, asked) for leg, log in logs.items()}
         session.note(hanging_axes(logs, fits, asked))
     with session.step("compare"):

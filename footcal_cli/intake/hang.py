@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from footcal_cli.tables.table import Table
 
 
-def hang_options(options: HangCalibOptions, recipe: Recipe, *, measured: bool) -> HangOptions:
-    """What the core is asked to fit; `measured` where the attitude was, not named."""
+def hang_options(options: HangCalibOptions, recipe: Recipe, tables: Sequence[Table]) -> HangOptions:
+    """What the core is asked to fit; a measured attitude is askew by the mount alone."""
+    measured = not any("orientation" in table for table in tables)
     return HangOptions(
         order=options.order,
         max_order=options.max_order,

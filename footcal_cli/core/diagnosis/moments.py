@@ -22,6 +22,7 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -49,13 +50,22 @@ def at_its_moment(
         return signature
     found = dict(signature.shape)[moment]
     known = [dict(s.shape)[moment] for s in subject.problem.signatures if s.effect == effect.name]
-    times = _between_neighbours(max(subject.case.logs, key=len), np.unique([found, *known]), found)
+    log = max(subject.case.logs, key=len)
+    times = _between_neighbours(log, np.unique([found, *known]), found)
+    if subject.problem.settings is not None:  # or from one setting to the next, which are few
+        starts = np.flatnonzero(np.diff(log.block, prepend=-1) != 0)
+        times = np.append(times, log.time_s[starts] - log.time_s[0])
     left = subject.problem if model is None else subject.bare(model, others)
     ideal = balanced(subject.case, subject.case.values) if model is None else model.ideal
     tried = [_at(signature, moment, float(time)) for time in times]
-    taken = _explained(left, subject.columns(ideal, tried))
+    columns = np.stack(subject.columns(ideal, tried), axis=1)
+    taken = _explained(left, columns, left.law)
+    if left.settings is not None:
+        # a moment that puts one of them on the wrong side makes what differs between them large
+        beside = left.without_candidates.holding(columns[:, [int(np.argmax(taken))]])
+        taken = _explained(left, columns, beside.law)
     best = int(np.argmax(taken))
-    # of so many rows one explains that much more of noise alone
+    # of so many moments one explains that much more of noise alone
     if taken[best] - taken[0] <= float(stats.chi2.isf(_RARE / times.size, 1)):
         return signature
     return tried[best]
@@ -94,12 +104,13 @@ def _best(subject: Subject, ideal: Case, tried: Sequence[Signature]) -> Signatur
     """The signature that explains most beside the calibration, the first of equals."""
     if not tried:
         return None
-    return tried[int(np.argmax(_explained(subject.problem, subject.columns(ideal, tried))))]
+    problem, columns = subject.problem, np.stack(subject.columns(ideal, tried), axis=1)
+    return tried[int(np.argmax(_explained(problem, columns, problem.law)))]
 
 
-def _explained(problem: Problem, columns: Sequence[FloatArray]) -> FloatArray:
+def _explained(problem: Problem, columns: FloatArray, law: Noise) -> FloatArray:
     """Squared residual in units of the noise that each column explains, beside what is fitted."""
-    grams, _ = whitened_grams(problem.without_candidates, np.stack(columns, axis=1), problem.law)
+    grams, _ = whitened_grams(problem.without_candidates, columns, law)
     return explained_each(grams, grams.calibration, grams.features)
 
 

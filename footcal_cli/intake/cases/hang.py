@@ -50,7 +50,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     undone, _ = leg_logs(tables, recipe, asked, session.parameters)
     # terms in temperature and time are effects here
     constant = asked.model_copy(update={"temperature": False, "drift": False})
-    options = hang_options(constant, recipe, measured=False)
+    options = hang_options(constant, recipe, tables)
     fits = {leg: fit_hang(logs, options) for leg, logs in undone.items()}
     logs, in_order = blocked(raw)
     weight_n = sum(abs(fit.values.weight_n) for fit in fits.values()) / len(fits)
