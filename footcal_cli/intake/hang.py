@@ -70,7 +70,7 @@ def leg_logs(
             part = np.flatnonzero(whose == leg)
             wrench = table.numbers(WRENCH_COLUMNS)[part]
             phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
-            gravity = _gravity(table, part, leg, recipe, options.orientation_of)
+            gravity, level = _gravity(table, part, leg, recipe, options.orientation_of)
             sound = finite_rows(wrench, phase, gravity)
             broken += int((~sound).sum())
             # noise alone moves an axis off 0: six zeros are a sample that was never received
@@ -90,6 +90,7 @@ def leg_logs(
                 gravity[sound],
                 leg_weight_n=options.leg_weight_n,
                 temperature_degc=None if warmth is None else warmth[sound],
+                level_t=None if level is None else level[sound],
             )
             logs.setdefault(leg, []).append(without_effects(log, undone))
     rejected = {
@@ -102,10 +103,13 @@ def leg_logs(
 
 def _gravity(
     table: Table, part: IntArray, leg: str, recipe: Recipe, orientation_of: str
-) -> FloatArray:
-    """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3)."""
+) -> tuple[FloatArray, FloatArray | None]:
+    """Nominal direction of gravity in the transducer frame of a leg's rows, shape (n, 3).
+
+    With it the horizontal axes of the world in which an attitude was measured, shape (n, 3, 2).
+    """
     if all(name in table for name in GRAVITY):
-        return held_still(table.numbers(GRAVITY)[part])
+        return held_still(table.numbers(GRAVITY)[part]), None
     rot = None
     by_attitude = "orientation" not in table
     if orientation_of == "body" or by_attitude:
@@ -118,7 +122,8 @@ def _gravity(
             )  # fmt: skip
     if by_attitude:
         attitude = rotations_logged(table.numbers(QUATERNION)[part])
-        return held_still(gravity_in(attitude) @ (np.eye(3) if rot is None else rot))
+        attitude = attitude if rot is None else attitude @ rot
+        return held_still(gravity_in(attitude)), attitude[:, :2].swapaxes(1, 2)
     gravity, unknown = gravity_of_orientation(table.text("orientation")[part], rot)
     if unknown:
         raise DataError(
@@ -127,4 +132,4 @@ def _gravity(
             remedy="name the axis along gravity (+x, or +x down; +x up), or give gravity_x "
             "gravity_y gravity_z or body_qx body_qy body_qz body_qw",
         )  # fmt: skip
-    return gravity
+    return gravity, None

@@ -43,12 +43,16 @@ def truth(fit: HangFit, hanging: Hanging, leg: int, com: Array = COM_M) -> Array
     return np.array([known[name.split(".")[1]] for name in fit.estimates.names])
 
 
-@pytest.mark.parametrize("tilt", ["per_log", "mount", "none"])
+@pytest.mark.parametrize("tilt", ["per_log", "mount", "base", "none"])
 @pytest.mark.parametrize("extra", [False, True])
 def test_the_jacobian_is_the_derivative_of_the_experiments_residual(tilt: str, extra: bool) -> None:
-    model = HangModel("hl", FOUR_WAYS, 2, tilt, temperature=extra, drift=extra)  # type: ignore[arg-type]  # parametrised literal
-    size = model.tilt_design.shape[2] + 7 + 12 * extra + 3 * model.com_columns
-    theta = np.random.default_rng(1).normal(size=size)
+    rng = np.random.default_rng(1)
+    model = HangModel(
+        "hl", FOUR_WAYS, 2, "mount" if tilt == "base" else tilt, temperature=extra, drift=extra,  # type: ignore[arg-type]  # parametrised literal
+        level_t=rng.normal(size=(len(FOUR_WAYS), 3, 2)) if tilt == "base" else None,
+    )  # fmt: skip
+    size = len(model.tilt_names()) + 7 + 12 * extra + 3 * model.com_columns
+    theta = rng.normal(size=size)
     assert len(model.parameters(6.0)) == size
     coefficients = HangResidual.of(model).coefficients
     numeric = numeric_jacobian(lambda t: coefficients(t).ravel(), theta, np.full(size, 1e-6))

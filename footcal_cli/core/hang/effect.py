@@ -37,7 +37,6 @@ from footcal_cli.core.hang.runs import RUN, of_no_leg
 from footcal_cli.core.inference.reduction import Probe
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, ParameterSet
-from footcal_cli.core.spatial import rotation_exp
 
 
 def hanging_effect(model: HangModel) -> Effect:
@@ -99,8 +98,7 @@ def _remove_of(model: HangModel) -> Transform:
     def remove(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
         if not log.channels[0].startswith(f"{model.leg}."):
             return log, state
-        turn = model.tilt_design @ np.array([theta[name][0] for name in tilts])
-        direction = (rotation_exp(turn) @ model.nominal_dir_t[..., None])[..., 0]
+        direction = model.gravity_dir_t(np.array([theta[name][0] for name in tilts]))
         com = np.array([theta[name][0] for name in coms]).reshape(3, model.com_columns)
         phase = log.known["phase_rad"]
         if "shaft_radps" in log.known:

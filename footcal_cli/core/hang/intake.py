@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.hang.runs import LEVEL
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -192,6 +193,7 @@ def hang_log(
     *,
     leg_weight_n: float,
     temperature_degc: FloatArray | None = None,
+    level_t: FloatArray | None = None,
 ) -> Log:
     """One leg's hanging log, rows in the order given; a block per nominal orientation.
 
@@ -205,6 +207,8 @@ def hang_log(
         Nominal direction of gravity in the transducer frame, shape (n, 3).
     temperature_degc
         Shape (n,), where measured.
+    level_t
+        Horizontal axes of the attitude's world in the transducer frame, shape (n, 3, 2), if known.
     """
     rows = time_s.shape[0]
     changed = np.any(gravity_dir[1:] != gravity_dir[:-1], axis=1)
@@ -219,6 +223,8 @@ def hang_log(
     }
     if temperature_degc is not None:
         known["temperature_degc"] = temperature_degc
+    if level_t is not None:
+        known[LEVEL] = level_t
     return Log(
         "hang",
         tuple(f"{leg}.{axis}" for axis in AXES),

@@ -111,7 +111,7 @@ class HangFit:
     @property
     def gravity_dir_t(self) -> FloatArray:
         """Direction of gravity per log in the true transducer frame, shape (L, 3)."""
-        return self.model.gravity_dir_t(self.estimates.values)
+        return self.model.gravity_dir_t(self.values.tilt)
 
     def misfit(self, runs: Sequence[HangRun]) -> float:
         """RMS residual over the scatter from sample to sample, of the worst channel.
@@ -151,7 +151,7 @@ class HangFit:
     def com_sd_m(self, phase_rad: FloatArray) -> FloatArray:
         """Standard deviation of `com_t_m`, shape (..., 3)."""
         columns = self.model.com_columns
-        start = self.estimates.values.size - self.model.tilt_design.shape[2] - 3 * columns
+        start = self.estimates.values.size - len(self.model.tilt_names()) - 3 * columns
         z = leg_com_t_m(np.eye(columns), phase_rad)
         variance = [
             np.einsum("...i,ij,...j->...", z, self.estimates.covariance[at, at], z)
@@ -283,12 +283,14 @@ def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOption
             f"the orientation of leg {leg} changes {len(runs) - 1:,} times in {samples:,} rows",
             remedy="put the rows in the order of their stamps; an orientation lasts many rows",
         )
+    level = [run.level_t for run in runs if run.level_t is not None]
     return HangModel(
         leg,
         np.stack([run.nominal_dir_t for run in runs]),
         asked.max_order if asked.order is None else asked.order,
         asked.tilt,
         asked.tilt_sd_rad,
+        np.stack(level) if len(level) == len(runs) else None,
         asked.temperature,
         asked.drift,
         asked.gravity_mps2,
@@ -336,7 +338,7 @@ def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, flo
     """
     theta, covariance = fit.estimates.values, fit.estimates.covariance
     columns = model.com_columns
-    first = theta.size - model.tilt_design.shape[2] - 3 * columns
+    first = theta.size - len(model.tilt_names()) - 3 * columns
     evidence = {}
     for order in range(model.order + 1):
         higher = np.arange(1 + 2 * order, columns)
@@ -349,10 +351,9 @@ def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, flo
 
 def _of_order(full: HangModel, lower: HangModel, theta: FloatArray) -> FloatArray:
     """The parameters of a model with fewer harmonics, those left out dropped."""
-    tilts = full.tilt_design.shape[2]
     values = full.split(theta)
     fewer = replace(values, com_m=values.com_m[:, : lower.com_columns])
-    return lower.join(fewer, theta[theta.size - tilts :])
+    return lower.join(fewer)
 
 
 def _noise_from_fit(

@@ -33,6 +33,8 @@ _WEIGHT_SD_N = 100.0
 _OFFSET_SD = (1000.0, 1000.0, 1000.0, 100.0, 100.0, 100.0)
 _COM_SD_M = 1.0
 _PHASE_CONDITION = 1e-4
+_BASE_SD_RAD = 0.02
+"""A robot's base stands level to about a degree."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,9 @@ class HangModel:
         sensor on a wrist whose orientations are known but for its own mounting); ``none``.
     tilt_sd_rad
         Prior sd of each component of s.
+    level_t
+        Horizontal axes x and y of the world in which attitudes were measured, in the transducer
+        frame, shape (L, 3, 2): that world's z need not be vertical. None: not known.
     temperature, drift
         Whether the six offsets follow temperature, and time.
     gravity_mps2
@@ -61,6 +66,7 @@ class HangModel:
     order: int
     tilt: Tilt = "per_log"
     tilt_sd_rad: float = 0.2
+    level_t: FloatArray | None = None
     temperature: bool = False
     drift: bool = False
     gravity_mps2: float = 9.80665
@@ -105,7 +111,7 @@ class HangModel:
         logs = self.nominal_dir_t.shape[0]
         if self.tilt == "none":
             return np.zeros((logs, 3, 0))
-        if self.tilt == "mount":
+        if self.tilt == "mount":  # a sensor turned by R feels Rᵀ e
             return np.broadcast_to(-np.eye(3), (logs, 3, 3)).copy()
         design = np.zeros((logs, 3, logs, 2))
         each = np.arange(logs)
@@ -119,12 +125,20 @@ class HangModel:
         flip = np.sign(np.take_along_axis(basis, np.argmax(abs(basis), axis=1)[:, None], axis=1))
         return np.asarray(basis * flip)
 
+    @property
+    def base_design(self) -> FloatArray:
+        """What one rad of the base's tilt adds to each nominal direction, shape (L, 3, 2 or 0)."""
+        if self.tilt == "mount" and self.level_t is not None:
+            return self.level_t
+        return np.zeros((self.nominal_dir_t.shape[0], 3, 0))
+
     def tilt_names(self) -> tuple[str, ...]:
         """Names of the tilt parameters without the owner."""
         if self.tilt == "none":
             return ()
         if self.tilt == "mount":
-            return tuple(f"mount_rot_{axis}" for axis in "xyz")
+            base = [f"base_tilt_{axis}" for axis in "xy"] if self.base_design.size else []
+            return (*(f"mount_rot_{axis}" for axis in "xyz"), *base)
         names = []
         for label, basis in zip(self.log_labels(), self.tilt_basis, strict=True):
             axes = ["xyz"[i] for i in np.argmax(np.abs(basis), axis=0)]
@@ -170,7 +184,10 @@ class HangModel:
                     for axis, axis_unit, sd in zip(AXES, AXIS_UNITS, _OFFSET_SD, strict=True)
                 ]
         rows += [(name, "m", _COM_SD_M) for name in self.com_names()]
-        rows += [(name, "rad", self.tilt_sd_rad) for name in self.tilt_names()]
+        rows += [
+            (name, "rad", _BASE_SD_RAD if name.startswith("base") else self.tilt_sd_rad)
+            for name in self.tilt_names()
+        ]
         return ParameterSet(
             tuple(
                 Parameter(f"{self.leg}.{name}", unit, 0.0 if i else weight_n, sd)
@@ -188,10 +205,10 @@ class HangModel:
             temperature_bias=temperature,
             offset_drift=drift,
             com_m=com.reshape(3, self.com_columns),
-            turn_rad=self.tilt_design @ tilt,
+            tilt=tilt,
         )
 
-    def join(self, values: HangValues, tilt: FloatArray) -> FloatArray:
+    def join(self, values: HangValues) -> FloatArray:
         """The parameter vector of named pieces."""
         return np.concatenate(
             [
@@ -200,19 +217,38 @@ class HangModel:
                 values.temperature_bias,
                 values.offset_drift,
                 values.com_m.ravel(),
-                tilt,
+                values.tilt,
             ]
         )
 
-    def gravity_dir_t(self, theta: FloatArray) -> FloatArray:
-        """True direction of gravity per log, ``exp([s]) e``, shape (L, 3)."""
-        turn = self.split(theta).turn_rad
-        return np.asarray((rotation_exp(turn) @ self.nominal_dir_t[..., None])[..., 0])
+    def gravity_dir_t(self, tilt: FloatArray) -> FloatArray:
+        """True direction of gravity per log, ``exp([s]) (e + B b) / |e + B b|``, shape (L, 3).
+
+        Parameters
+        ----------
+        tilt
+            What gives s, then the tilt b of the base, as `tilt_names` has them.
+        """
+        lean, turns = self.base_design, self.tilt_design.shape[2]
+        down = self.nominal_dir_t + lean @ tilt[turns:]
+        down = down / np.linalg.norm(down, axis=1, keepdims=True)
+        turned = rotation_exp(self.tilt_design @ tilt[:turns]) @ down[..., None]
+        return np.asarray(turned[..., 0])
+
+    def gravity_jacobian(self, tilt: FloatArray) -> FloatArray:
+        """Change of `gravity_dir_t` per tilt parameter, shape (L, 3, n_tilt)."""
+        unit, lean, turns = self.gravity_dir_t(tilt), self.base_design, self.tilt_design.shape[2]
+        turn = self.tilt_design @ tilt[:turns]
+        moved = -skew(unit) @ left_jacobian(turn) @ self.tilt_design
+        size = np.linalg.norm(self.nominal_dir_t + lean @ tilt[turns:], axis=1)
+        leaned = rotation_exp(turn) @ lean / size[:, None, None]
+        across = leaned - unit[:, :, None] * np.einsum("li,lib->lb", unit, leaned)[:, None, :]
+        return np.concatenate([moved, across], axis=2)
 
     def coefficient_jacobian(self, theta: FloatArray) -> FloatArray:
         """``dC/dθ`` of the residual ``w − z Cᵀ`` of a leg at rest, shape (L, 6, d, n)."""
         values = self.split(theta)
-        unit = self.gravity_dir_t(theta)
+        unit = self.gravity_dir_t(values.tilt)
         logs, columns = unit.shape[0], self.com_columns
         table = np.zeros((logs, 6, columns + self.temperature + self.drift, theta.size))
         table[:, :3, 0, 0] = unit
@@ -229,7 +265,7 @@ class HangModel:
         block[:, :, own, :, own] = np.moveaxis(lever, 2, 0)
         table[:, 3:, :columns, at : at + 3 * columns] = block.reshape(logs, 3, columns, -1)
         at += 3 * columns
-        turn = -values.weight_n * skew(unit) @ left_jacobian(values.turn_rad) @ self.tilt_design
+        turn = values.weight_n * self.gravity_jacobian(values.tilt)
         table[:, :3, 0, at:] = turn
         table[:, 3:, :columns, at:] = np.einsum("cij,ljt->lict", skew(values.com_m.T), turn)
         return table
@@ -249,9 +285,8 @@ class HangValues:
         Change of the offset per degC and per s, shape (6,), or empty.
     com_m
         Coefficients of ``r(φ)`` in the transducer frame, shape (3, 1 + 2 order), m.
-    turn_rad
-        The turn s of each log, shape (L, 3); minus the mounting rotation where that is fitted
-        (a sensor turned by R feels ``Rᵀ e``).
+    tilt
+        How it hangs askew, as `HangModel.tilt_names` has it, rad.
     """
 
     weight_n: float
@@ -259,7 +294,7 @@ class HangValues:
     temperature_bias: FloatArray
     offset_drift: FloatArray
     com_m: FloatArray
-    turn_rad: FloatArray
+    tilt: FloatArray
 
 
 def leg_com_t_m(com_m: FloatArray, phase_rad: FloatArray) -> FloatArray:

@@ -14,6 +14,8 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 RUN = "hanging"
 """Key of `Log.known`: number of the run of each row, an index of `HangModel.nominal_dir_t`."""
+LEVEL = "level_t"
+"""Key of `Log.known`: horizontal axes of the attitude's world, shape (n, 3, 2)."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class HangRun:
         Shape (n,); temperature is 0 where the log has none.
     shaft_radps, shaft_radps2
         Speed and acceleration of the shaft, shape (n,); zero where the log does not say.
+    level_t
+        Horizontal axes of the attitude's world in the transducer frame, shape (3, 2), if known.
     """
 
     nominal_dir_t: FloatArray
@@ -40,6 +44,7 @@ class HangRun:
     leg_weight_n: float
     shaft_radps: FloatArray
     shaft_radps2: FloatArray
+    level_t: FloatArray | None = None
 
     def log(self, leg: str, number: int, since_degc: float, since_s: float) -> Log:
         """The run as a log again, numbered as in a `HangModel`, since a temperature and a time."""
@@ -81,7 +86,7 @@ def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
         # One sum instead of a mask: it is a number only if every reading is.
         if not np.isfinite(log.readings.sum()):
             raise ValueError("readings that are not numbers: drop those rows first")
-        direction = log.known["gravity_dir"]
+        direction, level = log.known["gravity_dir"], log.known.get(LEVEL)
         for start, stop in pairwise(run_edges(log)):
             part = slice(start, stop)
             first = direction[start]
@@ -95,6 +100,7 @@ def hang_runs(logs: Sequence[Log]) -> tuple[tuple[HangRun, ...], str]:
                     float(log.known["leg_weight_n"][start]),
                     log.known.get("shaft_radps", np.zeros(len(log)))[part],
                     log.known.get("shaft_radps2", np.zeros(len(log)))[part],
+                    None if level is None else level[part].mean(axis=0),
                 )
             )
     if not runs:

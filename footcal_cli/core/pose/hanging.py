@@ -19,7 +19,7 @@ from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.model import Mounting
-from footcal_cli.core.spatial import left_jacobian, skew, tangent_basis
+from footcal_cli.core.spatial import skew, tangent_basis
 
 _SAME_LOG = 0.95
 _TWO_DIRECTIONS = 0.3
@@ -67,14 +67,13 @@ def leg_knowledge(fit: HangFit) -> LegKnowledge:
 def knowledge_of(model: HangModel, estimates: Estimates) -> LegKnowledge:
     """The same from stored estimates; `model` says how its parameters are laid out."""
     values = model.split(estimates.values)
-    direction = model.gravity_dir_t(estimates.values)
-    logs, tilts = direction.shape[0], model.tilt_design.shape[2]
+    direction = model.gravity_dir_t(values.tilt)
+    logs, tilts = direction.shape[0], values.tilt.size
     size = estimates.values.size
     carry = np.zeros((7 + 2 * logs, size))
     carry[np.arange(6), 1 + np.arange(6)] = 1.0
     carry[6, 0] = 1.0
-    moves = -skew(direction) @ left_jacobian(values.turn_rad) @ model.tilt_design
-    leans = np.swapaxes(tangent_basis(direction), -1, -2) @ moves
+    leans = np.swapaxes(tangent_basis(direction), -1, -2) @ model.gravity_jacobian(values.tilt)
     carry[7:, size - tilts :] = leans.reshape(2 * logs, tilts)
     return LegKnowledge(
         values.offset,
