@@ -39,6 +39,7 @@ POOR_EXCESS = 3.0
 _AS_NOISE = 1.5
 _SHARED_TILT = "what all legs share is the robot's tilt, where they differ it is the mounting"
 _LARGE_TILT_DEG = 10.0
+_SURE_TILT, _SMALL_TILT_RAD = 4.0, 0.002
 _UNEXPLAINED = 0.2
 """Share of the weight that may be left of the forces, where more than noise is left."""
 _SYSTEMATIC = 5.0
@@ -191,6 +192,7 @@ def verdict(
     details = [
         f"Force offsets are known to ± {number(offset_sd, 2)} N or better (one sd).",
         *_levels(fits),
+        *_bases(fits),
         *gaps[:6],
         *([f"… and {len(gaps) - 6} more."] if len(gaps) > 6 else []),
     ]
@@ -233,9 +235,29 @@ def _levels(fits: Mapping[str, HangFit]) -> list[str]:
         return []
     return [
         f"{worst}: levels of the forces differ from hold to hold by {number(sd[worst], 2)} N (sd) "
-        "more than noise explains: slow drift, a cable that pulls, or attitudes that are off. "
-        "The intervals include it."
+        "more than noise explains: slow drift, a cable that pulls, or attitudes that are off "
+        "(footcal diagnose --experiment hang). The intervals include it."
     ]
+
+
+def _bases(fits: Mapping[str, HangFit]) -> list[str]:
+    """How far from vertical the z axis of the attitude's world is, where that is sure."""
+    found = []
+    for leg, fit in fits.items():
+        names = [f"{leg}.{name}" for name in fit.model.tilt_names() if name.startswith("base")]
+        at = [fit.estimates.names.index(name) for name in names]
+        lean = fit.estimates.values[at]
+        size = float(np.linalg.norm(lean))
+        if not size > 0.0:
+            continue
+        along = lean / size
+        sd = float(np.sqrt(along @ fit.estimates.covariance[np.ix_(at, at)] @ along))
+        if size > _SURE_TILT * sd and size > _SMALL_TILT_RAD:
+            found.append(
+                f"{leg}: the base is not level: its z axis is {np.rad2deg(size):.2f}° ± "
+                f"{number(np.rad2deg(sd), 1)}° off the vertical, which is taken into account."
+            )
+    return found
 
 
 def _plain_verdict(residuals: Residuals, method: str) -> VerdictRecord:

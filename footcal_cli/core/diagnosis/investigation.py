@@ -214,10 +214,13 @@ def _searched(
     The next one counts where the one before does not hold without single blocks.
     """
     once = jumped(subject, path, seed)
-    more = once is not None and leftover(once.rounds[-1].before, rules)
-    if once and not (more and not subject.problem.drifts):
-        yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
-        return
+    if once:
+        more = leftover(once.rounds[-1].before, rules)
+        if more and not subject.problem.drifts:
+            more = _matters(subject, once, beside=True)
+        if subject.problem.drifts or not more:
+            yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
+            return
     path = grown(subject, path, rules, seed)
     strict = replace(rules, share_set=1.0)
     sized = _at_its_size(subject, path)

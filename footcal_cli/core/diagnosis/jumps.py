@@ -19,6 +19,9 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 SWINGS = (1, 2, 4)
 """Swings that are averaged on both sides of a jump."""
 _RCOND = 1e-9
+_ROUNDS = 3
+_SHOWN = 1e-4
+"""Share of a step's squares beside what is fitted, from which it is not one of these columns."""
 _FEWEST = 8
 """Differences asked for: of fewer nobody knows what is usual."""
 _FEWEST_FREE = 4
@@ -49,6 +52,8 @@ class Jump:
         In units of what is usual.
     left
         Sum of squares of means of blocks about a line with this step.
+    share
+        Of the squares of that output's means without the step, what it explains.
     """
 
     p: float = 1.0
@@ -58,6 +63,7 @@ class Jump:
     unit: str = ""
     size: float = 0.0
     left: float = np.inf
+    share: float = 0.0
 
     def is_form_of(self, other: Jump, share: float) -> bool:
         """Whether it lies where the other one does, and is at most a share of it.
@@ -81,38 +87,69 @@ def once_beside(problem: Problem, fitted: FloatArray) -> Jump:
 def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     """The largest step from one load to the next in what some row columns, shape (m, k), leave.
 
-    The mean residual of each load against the columns' means with a step added: ``F = (RSS −
-    RSS_step) / (RSS_step / ν) ~ F(1, ν)``, Bonferroni over all steps. A reading that drifts gives
-    a step as well, and others beside it.
+    The mean residual of each load against the columns' means with a step of one output added:
+    ``F = (RSS − RSS_step) / (RSS_step / ν) ~ F(1, ν)``, Bonferroni over all steps. A reading that
+    drifts gives a step as well, and others beside it. Outputs of a sensor held in one attitude
+    after the other are each in units of what the step leaves there.
     """
-    several = len(problem.outputs) > 1 or problem.settings is not None
-    if problem.traces is None or problem.rate_hz <= 0 or several:
+    blocks, outputs = problem.blocks, len(problem.outputs)
+    several = outputs > 1 or problem.settings is not None
+    if problem.traces is None or (several and not is_one_stream(problem)):
         return Jump()
     mean = means_of_blocks(problem, np.column_stack([problem.residual, fitted]))
-    onto, size, _ = np.linalg.svd(mean[:, 1:], full_matrices=False)
-    onto = onto[:, size > _RCOND * size.max(initial=0.0)]
-    free = problem.blocks - onto.shape[1] - 1
-    if free < _FEWEST_FREE:
-        return Jump()
-    rest = mean[:, 0] - onto @ (onto.T @ mean[:, 0])
-    known = np.cumsum(onto[::-1], axis=0)[::-1][1:]
-    energy = np.arange(problem.blocks - 1, 0, -1) - np.sum(known**2, axis=1)
-    along = np.cumsum(rest[::-1])[::-1][1:]
-    taken = np.where(energy > _RCOND * problem.blocks, along**2 / np.maximum(energy, _RCOND), 0.0)
-    at = int(np.argmax(taken))
-    left = max(float(rest @ rest) - float(taken[at]), 1e-300)
-    usual = np.sqrt(left / free)
+    unit, most = np.ones(outputs), 1e-300
+    for _ in range(_ROUNDS if outputs > 1 else 1):
+        of_row = np.tile(unit, blocks)
+        scaled = mean / of_row[:, None]
+        onto, size, _ = np.linalg.svd(scaled[:, 1:], full_matrices=False)
+        onto = onto[:, size > _RCOND * size.max(initial=0.0)]
+        free = mean.shape[0] - onto.shape[1] - 1
+        if free < _FEWEST_FREE:
+            return Jump()
+        rest = scaled[:, 0] - onto @ (onto.T @ scaled[:, 0])
+        known = _from_each_on(onto, outputs)
+        whole = np.repeat(np.arange(blocks - 1, 0, -1), outputs)
+        energy = whole - np.sum(known**2, axis=1)
+        along = _from_each_on(rest[:, None], outputs)[:, 0]
+        taken = np.where(energy > _SHOWN * whole, along**2 / np.maximum(energy, _RCOND), 0.0)
+        best = int(np.argmax(taken))
+        at, output = divmod(best, outputs)
+        step = np.zeros((blocks, outputs))
+        step[at + 1 :, output] = 1.0
+        step_left = step.ravel() - onto @ known[best]
+        most = along[best] / max(float(energy[best]), _RCOND)
+        left = rest - most * step_left
+        rms = np.sqrt(np.mean(left.reshape(blocks, outputs) ** 2, axis=0))
+        unit = unit * np.maximum(rms, _RCOND * rms.max())
+    squares = max(float(left @ left), 1e-300)
+    own = float(np.sum(left.reshape(blocks, outputs)[:, output] ** 2))
+    usual = np.sqrt(squares / free)
     time_s = problem.traces.time_s
     before, after = (time_s[problem.block == b] for b in (at, at + 1))
+    noise = float(np.mean(problem.noise[problem.output == output]))
     return Jump(
-        p=min(1.0, taken.size * float(stats.f.sf(taken[at] / (left / free), 1, free))),
+        p=min(1.0, taken.size * float(stats.f.sf(taken[best] / (squares / free), 1, free))),
         after_s=float(before.min()),  # under which of the two loads, or in between
         before_s=float(after.max()),
-        usual=usual * float(np.mean(problem.noise)),
-        unit=problem.units[0],
-        size=abs(float(along[at] / energy[at])) / usual,
-        left=left,
+        usual=usual * float(of_row[output]) * noise,
+        unit=problem.units[output],
+        size=abs(float(most)) / usual,
+        left=float(np.sum((left * of_row) ** 2)),
+        share=float(taken[best] / max(taken[best] + own, 1e-300)),
     )
+
+
+def is_one_stream(problem: Problem) -> bool:
+    """Whether every block is a setting of its own: attitudes held one after the other."""
+    settings = problem.settings
+    return settings is not None and int(settings.number.max(initial=0)) + 1 == problem.blocks
+
+
+def _from_each_on(columns: FloatArray, outputs: int) -> FloatArray:
+    """Sums over all later blocks, (B · outputs, k) to ((B − 1) · outputs, k)."""
+    by_block = columns.reshape(-1, outputs, columns.shape[1])
+    later = np.cumsum(by_block[::-1], axis=0)[::-1][1:]
+    return np.asarray(later.reshape(-1, columns.shape[1]))
 
 
 def means_of_blocks(problem: Problem, columns: FloatArray) -> FloatArray:
@@ -185,6 +222,22 @@ def at_rest(problem: Problem, name: str) -> tuple[FloatArray, FloatArray, str]:
     values = problem.residual[rows] * problem.noise[rows]
     unit = problem.units[int(problem.output[rows[0]])]
     return np.bincount(swing, time_s) / count, np.bincount(swing, values) / count, unit
+
+
+def held(problem: Problem, name: str) -> tuple[FloatArray, FloatArray, str]:
+    """When each hold is, what calibration leaves of one output in it, (b,) each, and its unit."""
+    assert problem.traces is not None, "a series"
+    o = problem.outputs.index(name) if name in problem.outputs else 0
+    mine = problem.output == o
+    rows = np.bincount(problem.block[mine], minlength=problem.blocks)
+    left = left_by(problem.fitted, problem.residual, _RCOND)
+    each = (problem.traces.time_s[mine], left[mine] * problem.noise[mine])
+    time_s, mean = (
+        np.bincount(problem.block[mine], values, minlength=problem.blocks)[rows > 0]
+        / rows[rows > 0]
+        for values in each
+    )
+    return time_s, mean, problem.units[o]
 
 
 def _pooled(problem: Problem) -> Mapping[int, IntArray]:

@@ -15,6 +15,7 @@ from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained_each
+from footcal_cli.core.diagnosis.jumps import is_one_stream
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.inference.case import Case
@@ -28,6 +29,7 @@ from footcal_cli.core.parameters import FloatArray
 
 _MOST_TIMES = 200
 _RARE = 0.01
+_ROUNDS = 4
 
 
 def at_its_moment(
@@ -52,18 +54,12 @@ def at_its_moment(
     known = [dict(s.shape)[moment] for s in subject.problem.signatures if s.effect == effect.name]
     log = max(subject.case.logs, key=len)
     times = _between_neighbours(log, np.unique([found, *known]), found)
-    if subject.problem.settings is not None:  # or from one setting to the next, which are few
-        starts = np.flatnonzero(np.diff(log.block, prepend=-1) != 0)
-        times = np.append(times, log.time_s[starts] - log.time_s[0])
+    if is_one_stream(subject.problem):  # or from one attitude to the next, which are few
+        times = np.append(times, _starts(log))
     left = subject.problem if model is None else subject.bare(model, others)
     ideal = balanced(subject.case, subject.case.values) if model is None else model.ideal
     tried = [_at(signature, moment, float(time)) for time in times]
-    columns = np.stack(subject.columns(ideal, tried), axis=1)
-    taken = _explained(left, columns, left.law)
-    if left.settings is not None:
-        # a moment that puts one of them on the wrong side makes what differs between them large
-        beside = left.without_candidates.holding(columns[:, [int(np.argmax(taken))]])
-        taken = _explained(left, columns, beside.law)
+    taken = _explained(left, subject.columns(ideal, tried))
     best = int(np.argmax(taken))
     # of so many moments one explains that much more of noise alone
     if taken[best] - taken[0] <= float(stats.chi2.isf(_RARE / times.size, 1)):
@@ -74,7 +70,8 @@ def at_its_moment(
 def best_between(subject: Subject, after_s: float, before_s: float) -> Signature | None:
     """What explains most of all that may begin between two times, s since the start.
 
-    First which cause, at the middle; then at which of its rows. None without any.
+    First which cause, at the middle; then at which of its rows, or where attitudes change. None
+    without any.
     """
     ideal, problem = balanced(subject.case, subject.case.values), subject.problem
     middle = 0.5 * (after_s + before_s)
@@ -87,12 +84,18 @@ def best_between(subject: Subject, after_s: float, before_s: float) -> Signature
     if found is None:
         return None
     log = max(subject.case.judged, key=len)
-    since = log.time_s - log.time_s[0]
-    times = since[(since > after_s) & (since < before_s)]
+    times = _starts(log) if is_one_stream(problem) else log.time_s - log.time_s[0]
+    times = times[(times > after_s) & (times < before_s)]
     moment = _moment_of(subject.table[found.effect])
     if moment is None:  # only effects with a moment were placed
         return found
     return _best(subject, ideal, [found, *(_at(found, moment, float(time)) for time in times)])
+
+
+def _starts(log: Log) -> FloatArray:
+    """When each block begins, s since the start."""
+    first = np.flatnonzero(np.diff(log.block, prepend=-1) != 0)
+    return np.asarray(log.time_s[first] - log.time_s[0])
 
 
 def _at(signature: Signature, moment: str, time_s: float) -> Signature:
@@ -104,13 +107,27 @@ def _best(subject: Subject, ideal: Case, tried: Sequence[Signature]) -> Signatur
     """The signature that explains most beside the calibration, the first of equals."""
     if not tried:
         return None
-    problem, columns = subject.problem, np.stack(subject.columns(ideal, tried), axis=1)
-    return tried[int(np.argmax(_explained(problem, columns, problem.law)))]
+    return tried[int(np.argmax(_explained(subject.problem, subject.columns(ideal, tried))))]
 
 
-def _explained(problem: Problem, columns: FloatArray, law: Noise) -> FloatArray:
-    """Squared residual in units of the noise that each column explains, beside what is fitted."""
-    grams, _ = whitened_grams(problem.without_candidates, columns, law)
+def _explained(problem: Problem, columns: Sequence[FloatArray]) -> FloatArray:
+    """Squared residual in units of the noise that each column explains, beside what is fitted.
+
+    A change that puts one setting on the wrong side makes what differs between settings large: of
+    these the law is estimated anew beside the column that explains most.
+    """
+    bare, tried = problem.without_candidates, np.stack(columns, axis=1)
+    taken = _by(bare, tried, problem.law)
+    for _ in range(_ROUNDS if is_one_stream(problem) else 0):
+        best = int(np.argmax(taken))
+        taken = _by(bare, tried, bare.holding(tried[:, [best]]).law)
+        if int(np.argmax(taken)) == best:
+            break
+    return taken
+
+
+def _by(problem: Problem, columns: FloatArray, law: Noise) -> FloatArray:
+    grams, _ = whitened_grams(problem, columns, law)
     return explained_each(grams, grams.calibration, grams.features)
 
 

@@ -158,7 +158,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     ended = continued(subject, begun, model, seed)
     left = once_beside(ended.current, ended.current.fitted)
     form = left.is_form_of(jump, rules.second_share)
-    if not problem.drifts and ended.share < rules.share_partly:
+    if not problem.drifts and max(ended.share, jump.share) < rules.share_partly:
         return None  # of a zero that drifts a step is a part; of one that jumps it is all
     return ended if form or left.p >= rules.alpha_unknown * LEVEL_SHARE["spell"] else None
 

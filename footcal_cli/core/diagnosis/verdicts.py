@@ -24,13 +24,14 @@ from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
 from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
+from footcal_cli.core.diagnosis.moments import has_moment
 from footcal_cli.core.diagnosis.pairs import in_other_cells
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
 from footcal_cli.core.effects.contract import is_six_axis
-from footcal_cli.core.inference.case import Case, channels_of
+from footcal_cli.core.inference.case import channels_of
 from footcal_cli.core.inference.evidence import sign_patterns
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
@@ -53,7 +54,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         at_an_end(subject, path.causes, path.model)
         or bend_left(last, path.causes)
         or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
-        or _outdone(subject.case, path, rules)
+        or _outdone(subject, path, rules)
     )
     if verdict in NAMING and copied:
         # a size that only its bound stops is the size of something else, as is a curve's mean gain,
@@ -69,7 +70,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     return verdict, share
 
 
-def _outdone(case: Case, path: Path, rules: Rules) -> bool:
+def _outdone(subject: Subject, path: Path, rules: Rules) -> bool:
     """Whether a cause of one sensor that was not named explains surely more than the only name.
 
     Too few blocks may inform of it to name it, and it is not excluded. With the variance estimated
@@ -83,7 +84,7 @@ def _outdone(case: Case, path: Path, rules: Rules) -> bool:
     said = {s.cause for cause in path.causes
             for s in (cause.signature, *cause.rivals, *cause.places)}  # fmt: skip
     others = [c for c, one in enumerate(lib.causes) if one not in said]
-    channels = channels_of(case.logs)
+    channels = channels_of(subject.case.logs)
     alone = len(channels) == 1 or (is_six_axis(channels) and len(channels) == len(problem.outputs))
     if len(mine) != 1 or not others or problem.drifts or not alone:
         return False
@@ -96,7 +97,8 @@ def _outdone(case: Case, path: Path, rules: Rules) -> bool:
     rest = np.maximum(whole - along, 1e-9 * whole)
     ends = np.cumsum([len(own) for own in asked])
     least = [float(part.min()) for part in np.split(rest, ends[:-1])]
-    best = min([*least[1:], step_beside(problem, problem.fitted).left])
+    steps = has_moment(subject.table[path.causes[0].signature.effect])  # it is a step itself
+    best = min([*least[1:], *([] if steps else [step_beside(problem, problem.fitted).left])])
     more = problem.blocks * np.log(least[0] / best)
     return bool(more > stats.chi2.isf(rules.alpha_small / (len(others) + problem.blocks), 1))
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.experiments.contract import Experiment, residual
@@ -156,7 +156,9 @@ class Reduced:
 
         By moments: with u the error along a record's level, ``E u² = 1 + sd² |a|² − h``, h the
         variance that the parameters have along it. Slow drift, and whatever else changes from
-        record to record, shows there and nowhere else: within a record it is the level.
+        record to record, shows there and nowhere else: within a record it is the level. The sd
+        solves ``Σ (u² + h) / (1 + sd² |a|²) = n`` (Paule and Mandel 1982): where it is far above
+        the noise all levels count alike, however exact each is.
 
         Parameters
         ----------
@@ -196,7 +198,7 @@ class Reduced:
             else:
                 sure = bool(before[group].any())
             if sure:
-                sd[group] = np.sqrt(max(excess, 0.0) / np.sum(size[:, group]))
+                sd[group] = _spread(error[:, group] ** 2 + fitted[:, group], size[:, group])
         return sd, freedom
 
     def fit(
@@ -227,6 +229,20 @@ class Reduced:
             return np.asarray(table.reshape(self.target.size, theta.size))
 
         return fit_map(residual, parameters, jacobian=slope, start=start)
+
+
+def _spread(square: FloatArray, size: FloatArray) -> float:
+    """Sd s with ``Σ square / (1 + s² size) = n``; 0 where that is so without any."""
+    seen = size > 0.0
+    square, size = square[seen], size[seen]
+    if square.sum() <= square.size:
+        return 0.0
+    most = square.sum() / (square.size * size.min())
+
+    def over(variance: float) -> float:
+        return float(np.sum(square / (1.0 + variance * size))) - square.size
+
+    return float(np.sqrt(optimize.brentq(over, 0.0, most)))
 
 
 def triangle(

@@ -1,11 +1,11 @@
-"""A jump in a walk: what the channel shows in each swing, before and after it is modelled."""
+"""A jump: what the channel shows in each swing or hold, before and after it is modelled."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
-from footcal_cli.core.diagnosis.jumps import at_rest
+from footcal_cli.core.diagnosis.jumps import at_rest, held
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BEFORE, REFERENCE, legend_below, new_figure, tidy
@@ -14,10 +14,21 @@ from footcal_cli.plots.words import words
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-JUMP_CAPTION = (
-    "Points: mean of the channel in each swing, where it should show nothing, with and without the "
-    "jump in the model. They should lie on one level."
-)
+
+def caption(found: Investigation) -> str:
+    """What the points are."""
+    where = "swing, where it should show nothing," if found.problem.drifts else "hold"
+    return (
+        f"Points: mean residual of the channel in each {where} with and without the jump in the "
+        "model. They should lie on one level."
+    )
+
+
+def title(found: Investigation) -> str:
+    """Of the picture."""
+    if found.problem.drifts:
+        return "The channel in the air, swing by swing"
+    return "Residual of the channel, hold by hold"
 
 
 def channel_of(found: Investigation) -> str:
@@ -28,7 +39,8 @@ def channel_of(found: Investigation) -> str:
         return item.owner
     sizes = dict(zip(item.parameter_names, item.intervals, strict=True))
     axes = {name.rsplit("_", 1)[1]: size for name, size in sizes.items()}
-    seen = [axis for axis in axes if f"{item.owner}.{axis}" in traces.names]
+    known = {*traces.names, *(f"{item.owner}.{output}" for output in found.problem.outputs)}
+    seen = [axis for axis in axes if f"{item.owner}.{axis}" in known]
     surest = max(seen, key=lambda axis: abs(axes[axis].value) / (axes[axis].high - axes[axis].low))
     return f"{item.owner}.{surest}"
 
@@ -37,9 +49,17 @@ def _moment_s(item: Found) -> float:
     return next(iter(item.placed.values()))
 
 
+def _parts(found: Investigation) -> str:
+    return "swing" if found.problem.drifts else "hold"
+
+
 def _levels(found: Investigation, problem: Problem) -> tuple[FloatArray, FloatArray, str]:
-    """When, since the start, and what the channel shows in each swing, and its unit."""
-    time_s, mean, unit = at_rest(problem, channel_of(found))
+    """When, since the start, and what the channel shows in each swing or hold, and its unit."""
+    channel = channel_of(found)
+    if problem.drifts:
+        time_s, mean, unit = at_rest(problem, channel)
+    else:
+        time_s, mean, unit = held(problem, channel.rsplit(".", 1)[-1])
     return time_s - float(found.case.logs[0].time_s[0]), mean, unit
 
 
@@ -48,8 +68,8 @@ def in_words(found: Investigation) -> str:
     time_s, mean, unit = _levels(found, found.problem)
     after = time_s >= _moment_s(found.found[0])
     return (
-        f"{channel_of(found)} shows {mean[~after].mean():.3g} {unit} in the swings before "
-        f"{_moment_s(found.found[0]):.1f} s and {mean[after].mean():.3g} {unit} after."
+        f"{channel_of(found)} shows {mean[~after].mean():.3g} {unit} in the {_parts(found)}s "
+        f"before {_moment_s(found.found[0]):.1f} s and {mean[after].mean():.3g} {unit} after."
     ).replace("-", "−")
 
 
@@ -67,9 +87,10 @@ def plot_jump(found: Investigation) -> Figure:
     axes.axhline(0, color=REFERENCE, linewidth=0.8)
     axes.axvline(_moment_s(found.found[0]), color=REFERENCE, linewidth=1.0, linestyle="--")
     effect = words(found.found[0].cause.signature.effect)
+    channel = channel_of(found) + " in the air" * found.problem.drifts
     tidy(
-        axes, f"{channel_of(found)} in the air: {effect} at {_moment_s(found.found[0]):.1f} s",
-        "time since the start (s)", f"mean of a swing ({unit})",
+        axes, f"{channel}: {effect} at {_moment_s(found.found[0]):.1f} s",
+        "time since the start (s)", f"mean of a {_parts(found)} ({unit})",
     )  # fmt: skip
     axes.margins(y=0.15)
     legend_below(figure)

@@ -94,8 +94,8 @@ def pictures_of(
         once = Picture(
             "jump",
             lambda: jump.plot_jump(found),
-            jump.JUMP_CAPTION,
-            title="The channel in the air, swing by swing",
+            jump.caption(found),
+            title=jump.title(found),
             result=lambda: jump.in_words(found),
         )
         drawn[:2] = [once]

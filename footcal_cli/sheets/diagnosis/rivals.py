@@ -20,7 +20,7 @@ _NOISE = 0.05  # p above which what is left is not worth a word
 
 def next_best(found: Investigation) -> str | None:
     """The best other name for the first cause, and by how much it is worse."""
-    if not found.found:
+    if not found.found or found.once:  # held-out errors say nothing of what happened once
         return None
     cause = found.found[0].cause
     mine = cause.signature.effect

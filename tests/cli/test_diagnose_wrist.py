@@ -1,0 +1,67 @@
+"""``footcal diagnose`` of a tool on a wrist, held in measured attitudes, as the shell runs it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.records.diagnosis import DiagnosisRecord
+from footcal_cli.records.files import read_record
+from tests.conftest import Run
+
+HOLDS, ROWS, STEP_S, WEIGHT_N = 12, 10, 0.4, 20.0
+COM_M, OFFSET = np.array([0.012, -0.004, 0.07]), np.array([3.0, -6.0, 8.0, 0.1, -0.2, 0.05])
+RECIPE = """
+[columns]
+leg = { value = "wrist" }
+"""
+JUMP_AT = 7
+HIDDEN = {
+    "drift": ("offset_drift", "offset_drift_fz", 3.0 / (HOLDS * ROWS * STEP_S)),
+    "jump": ("offset_change", "offset_change_fy", 1.5),
+    "gain": ("scale_matrix", "gain_fx", 0.02),
+}
+
+
+def write_wrist(path: Path, hidden: str) -> None:
+    """Random attitudes of a sensor mounted 1° askew on an arm whose base leans by 1°."""
+    rng = np.random.default_rng([5, len(hidden)])
+    mount, base = Rotation.from_rotvec([0.012, -0.01, 0.02]), np.array([0.015, 0.01, -1.0])
+    frames = []
+    for k, turn in enumerate(Rotation.random(HOLDS, random_state=rng)):
+        force = mount.inv().apply(turn.inv().apply(WEIGHT_N * base / np.linalg.norm(base)))
+        time_s = (k * ROWS + np.arange(ROWS)) * STEP_S
+        wrench = np.tile(np.concatenate([force, np.cross(COM_M, force)]), (ROWS, 1))
+        wrench[:, 0] *= 1.02 if hidden == "gain" else 1.0
+        wrench[:, 1] += 1.5 * (hidden == "jump" and k >= JUMP_AT)
+        wrench[:, 2] += (hidden == "drift") * HIDDEN["drift"][2] * time_s
+        wrench += OFFSET + rng.normal(0.0, 0.03, (ROWS, 6)) * [1, 1, 1, 0.05, 0.05, 0.05]
+        row = np.column_stack([time_s, np.tile(turn.as_quat(), (ROWS, 1)), wrench])
+        frames.append(row)
+    names = ["time_s", *(f"body_q{a}" for a in "xyzw"), "fx_n", "fy_n", "fz_n"]
+    table = pd.DataFrame(np.vstack(frames), columns=[*names, "tx_nm", "ty_nm", "tz_nm"])
+    table.to_csv(path, index=False)
+
+
+@pytest.mark.parametrize("hidden", HIDDEN)
+def test_what_is_wrong_with_a_wrist_sensor_is_named(tmp_path: Path, run: Run, hidden: str) -> None:
+    write_wrist(tmp_path / "wrist.csv", hidden)
+    (tmp_path / "wrist.toml").write_text(RECIPE)
+    out = tmp_path / "out"
+    done = run(
+        "diagnose", str(tmp_path / "wrist.csv"), "--experiment", "hang",
+        "--recipe", str(tmp_path / "wrist.toml"), "--out", str(out),
+    )  # fmt: skip
+    assert done.exit_code == 0, done.err
+    record = read_record(DiagnosisRecord, out / "diagnosis.json")
+    effect, parameter, size = HIDDEN[hidden]
+    assert record.verdict == "named", record.sentence
+    (cause,) = record.causes
+    assert (cause.effect, cause.parameter) == (effect, parameter)
+    assert cause.sd is not None
+    assert abs(cause.size - size) < 4.0 * cause.sd
+    assert cause.sd < 0.05 * size
