@@ -11,9 +11,11 @@ import numpy as np
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.inference.observability import NextStep
 from footcal_cli.core.next_stance import next_stances
+from footcal_cli.core.parameters import BoolArray
 from footcal_cli.core.quiet import QuietRule, QuietSet, select_quiet
 from footcal_cli.core.stances import StanceRows
 from footcal_cli.core.static_init import without_false_lifts
+from footcal_cli.errors import FitError
 from footcal_cli.intake.recordings import Recording
 
 if TYPE_CHECKING:
@@ -26,21 +28,10 @@ def all_stances(
     rows_of: Callable[[Recording, QuietSet], StanceRows],
 ) -> tuple[StanceRows, list[QuietSet]]:
     """Rows of the stances of all logs, one after the other."""
-    rule = QuietRule(
-        warm_s=options.warm_s,
-        acceleration_mps2=options.largest_acceleration_mps2,
-        rate_radps=options.largest_rate_radps,
-        min_force_n=options.min_force_n,
-        least_samples=options.least_samples,
-    )
     parts, quiet, offset = [], [], 0
     for recording in recordings:
         recording = _shortened(recording, options.until_s)
-        log = recording.merged.log
-        forces = (
-            recording.belief.forces(log.readings) if recording.belief is not None else log.readings
-        )
-        chosen = select_quiet(log, forces, gyro_radps=recording.merged.imu_gyro_radps, rule=rule)
+        chosen = _quiet(options, recording)
         part = rows_of(recording, chosen)
         parts.append(replace(part, stance=part.stance + offset))
         offset += chosen.stances
@@ -57,6 +48,27 @@ def all_stances(
         effective_samples=np.concatenate([p.effective_samples for p in parts]),
     )
     return without_false_lifts(joined), quiet
+
+
+def quiet_rows(options: StaticInitOptions, recording: Recording) -> BoolArray:
+    """Rows of a stand that `static-init` takes, shape (n,); all where nothing is quiet."""
+    try:
+        return _quiet(options, recording).stance >= 0
+    except FitError:
+        return np.ones(len(recording.merged.log), dtype=bool)
+
+
+def _quiet(options: StaticInitOptions, recording: Recording) -> QuietSet:
+    rule = QuietRule(
+        warm_s=options.warm_s,
+        acceleration_mps2=options.largest_acceleration_mps2,
+        rate_radps=options.largest_rate_radps,
+        min_force_n=options.min_force_n,
+        least_samples=options.least_samples,
+    )
+    log, belief = recording.merged.log, recording.belief
+    forces = log.readings if belief is None else belief.forces(log.readings)
+    return select_quiet(log, forces, gyro_radps=recording.merged.imu_gyro_radps, rule=rule)
 
 
 def _shortened(recording: Recording, until_s: float | None) -> Recording:

@@ -33,7 +33,8 @@ from footcal_cli.intake.cases.shared import (
     rate_of,
 )
 from footcal_cli.intake.recordings import Recording, read_recordings
-from footcal_cli.recipe.options import DiagnoseOptions
+from footcal_cli.intake.stances import quiet_rows
+from footcal_cli.recipe.options import DiagnoseOptions, StaticInitOptions
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
@@ -55,11 +56,14 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     least = session.recipe.robot.least_force_n
     rule = MergeRule(delay_s=session.options.delay_s, min_force_n=least)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
+    asked = session.recipe.options_for(StaticInitOptions, "static_init")
     logs, steps, noises = [], [], []
     for recording in recordings:
         merged = recording.merged
         log = merged.log
         good = np.isfinite(log.readings).all(axis=1)
+        if kind == "stand":
+            good &= quiet_rows(asked, recording)
         if kind == "walk":
             session.note(_weighed(recording, session.recipe.robot.mass_kg or 1.0))
         for name in experiment.known:

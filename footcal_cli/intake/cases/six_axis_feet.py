@@ -15,7 +15,7 @@ from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.six_axis import PRIOR_SD
 from footcal_cli.core.online.streams import MergeRule
-from footcal_cli.core.parameters import Parameter, ParameterSet
+from footcal_cli.core.parameters import BoolArray, Parameter, ParameterSet
 from footcal_cli.core.spatial import whole_rows
 from footcal_cli.intake.cases.shared import (
     FINDING,
@@ -26,7 +26,8 @@ from footcal_cli.intake.cases.shared import (
     rate_of,
 )
 from footcal_cli.intake.recordings import read_recordings
-from footcal_cli.recipe.options import DiagnoseOptions
+from footcal_cli.intake.stances import quiet_rows
+from footcal_cli.recipe.options import DiagnoseOptions, StaticInitOptions
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
@@ -43,7 +44,15 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     kind, options = session.options.experiment, session.options
     experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS
     recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
-    logs = [_cut(recording.merged.log, experiment) for recording in recordings]
+    asked = session.recipe.options_for(StaticInitOptions, "static_init")
+    logs = [
+        _cut(
+            recording.merged.log,
+            experiment,
+            None if kind == "walk" else quiet_rows(asked, recording),
+        )
+        for recording in recordings
+    ]
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
     calibration = offset_parameters(channels, values)
@@ -72,9 +81,10 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     return CaseRead(case, [], of_cells(experiment))
 
 
-def _cut(log: Log, experiment: Experiment) -> Log:
-    """Rows where all is known, in blocks of whole gait cycles; stances in pieces."""
+def _cut(log: Log, experiment: Experiment, quiet: BoolArray | None) -> Log:
+    """Rows where all is known, in blocks of whole gait cycles; quiet stances in pieces."""
     good = np.isfinite(log.readings).all(axis=1)
+    good &= True if quiet is None else quiet
     for name in experiment.known:
         if name != "contact":
             good &= whole_rows(log.known[name])
