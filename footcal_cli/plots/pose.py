@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _CHI2_95_2D = 5.991
-_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _MOST_POSES = 600
 
 
@@ -181,7 +181,7 @@ def plot_offset_change(found: OffsetFit, legs: Sequence[str]) -> Figure:
     figure = new_figure(3.8)
     grid = figure.subplots(2, 3, sharey=True)
     places = np.arange(len(legs))[::-1]
-    for i, axis in enumerate(_AXES):
+    for i, axis in enumerate(AXES):
         axes = grid[i // 3][i % 3]
         axes.errorbar(
             found.change[:, i], places, xerr=1.96 * found.change_sd[:, i], fmt="o",

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.hang.joint import HangFit
-from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.study.stepwise import StepwiseFit

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.calibration import AXIS_UNITS, OFFSET
 from footcal_cli.core.effects.six_axis import MOUNT_ROTATION, MOUNT_TRANSLATION
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
 OUTPUTS = ("fx", "fy", "fz", "mx", "my", "mz")
-UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
 
 
 def pose_balance(log: Log) -> Balance:
@@ -33,7 +32,7 @@ def pose_balance(log: Log) -> Balance:
         ],
         axis=1,
     )
-    return Balance(OUTPUTS, UNITS, error, np.isfinite(error))
+    return Balance(OUTPUTS, AXIS_UNITS, error, np.isfinite(error))
 
 
 def _chassis(log: Log) -> FloatArray:

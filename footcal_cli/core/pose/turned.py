@@ -15,9 +15,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments.walk import balance, feet_of
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
-from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.signs import misfit_by_signs
 from footcal_cli.core.log import Log
