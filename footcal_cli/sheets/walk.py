@@ -238,7 +238,7 @@ def pictures_of(
                 f"Error of every gait cycle against {AGAINST[found.best_reference]}.",
             title="Error per gait cycle by method",
             result=_by_method(found, judged, "cop", 1e3, "mm"), zoom=True),
-        Picture("path", lambda: plots.plot_path(found, "memory", feet),
+        Picture("path", lambda: plots.plot_path(found, feet),
                 "CoP under each foot with its cells and outline; where there is no contact there "
                 "is no point.",
             title="Path of the centre of pressure under each foot",

@@ -80,9 +80,9 @@ def test_glitches_and_dropouts_are_counted_exactly_and_steps_are_not_glitches() 
     assert set(places[:12]) <= set(np.flatnonzero(glitch))
     on_holds = glitch & (truth >= 0)
     assert on_holds.sum() == 12
-    counts = find_plateaus(time, reading).counts()
-    assert counts["dropout: no reading, or a converter's rail or zero code"] == 8
-    assert sum(counts.values()) == reading.size
+    state = find_plateaus(time, reading).state
+    assert np.sum(state == SampleState.DROPOUT) == 8
+    assert state.size == reading.size
 
     step = np.where(np.arange(400) < 200, 0.0, 1000.0) + rng.normal(size=400)
     assert not find_outliers(step + 5000.0)[1].any()

@@ -123,10 +123,6 @@ class Plateaus:
     def __len__(self) -> int:
         return self.start_s.size
 
-    def counts(self) -> dict[str, int]:
-        """Samples per reason, settled ones included."""
-        return {state.reason: int(np.sum(self.state == state)) for state in SampleState}
-
 
 def find_outliers(
     reading: FloatArray, options: PlateauOptions | None = None

@@ -9,6 +9,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.detection import flexible_gain
 from footcal_cli.core.inference.evidence import sign_flip_group
 from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
@@ -79,8 +80,7 @@ def _products(problem: Problem, named: FloatArray) -> FloatArray:
     if problem.rate_hz > 0:
         factors.append(_share_of_sequence(problem))
     columns = np.hstack([named * f[:, None] for f in factors]) if factors else named[:, :0]
-    rms = np.sqrt(np.mean(columns**2, axis=0))
-    return np.asarray(columns[:, rms > 0] / rms[rms > 0])
+    return unit_columns(columns)
 
 
 def _share_of_sequence(problem: Problem) -> FloatArray:
