@@ -355,8 +355,3 @@ def root_mean_square(values: FloatArray) -> float:
 def median_sd(values: FloatArray) -> float:
     """The sd of a normal distribution about zero of the same median size; shape (n,)."""
     return _NORMAL_SD * float(np.median(np.abs(values)))
-
-
-def effective_size(series: FloatArray) -> float:
-    """Independent samples that a correlated series is worth, ``n / τ``."""
-    return series.size / autocorrelation_time(series)
