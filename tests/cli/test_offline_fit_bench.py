@@ -18,6 +18,7 @@ from footcal_cli.records.results import (
     RunRecord,
     TruthRecord,
 )
+from tests.cli.test_diagnose_together import loaded_together
 from tests.conftest import Run, drawing
 from tests.core.bench_data import Staircase
 
@@ -296,31 +297,18 @@ def test_what_the_run_was_asked_stands_in_the_run_record(bench_run: Path) -> Non
     assert options["plateaus"]["min_hold_s"] == 3.0
 
 
-def together(folder: Path, crosstalk: float) -> Path:
-    """Two cells in thirty load cases, three repeats each."""
-    rng = np.random.default_rng(1)
-    loads = np.repeat(rng.uniform(0, 40, (30, 2)), 3, axis=0)
-    shown = loads + crosstalk * loads[:, ::-1] + 0.03 * rng.normal(size=loads.shape)
-    frame = pd.DataFrame(np.rint((shown - 280.0) / -3.4e-5), columns=["a_counts", "b_counts"])
-    frame[["a_load_n", "b_load_n"]] = loads
-    frame["case"] = [f"case {i // 3}" for i in range(90)]
-    path = folder / "together.csv"
-    frame.to_csv(path, index=False)
-    return path
-
-
 @pytest.mark.usefixtures("drawn")
 @pytest.mark.parametrize(("crosstalk", "words"), [(0.02, "cells are coupled"), (0.0, "No crosst")])
 def test_cells_loaded_together_give_a_matrix_only_where_it_pays(
     run: Run, tmp_path: Path, crosstalk: float, words: str
 ) -> None:
-    recipe = tmp_path / "r.toml"
-    recipe.write_text('[robot]\nchannels = ["a", "b"]\n')
-    out = tmp_path / "out"
-    answer = run("offline-fit", together(tmp_path, crosstalk), "--recipe", recipe, "--out", out)
+    log, out = loaded_together(tmp_path, crosstalk), tmp_path / "out"
+    answer = run("offline-fit", log, "--recipe", tmp_path / "together.toml", "--out", out)
     assert answer.exit_code == 0, answer.err
     assert words in answer.out
-    found = read_record(ParametersRecord, out / "parameters.json").parameters["a.scale_from_b"]
+    found = read_record(ParametersRecord, out / "parameters.json").parameters[
+        "foot_a.scale_from_foot_b"
+    ]
     if crosstalk:
         truth = -3.4e-5 * -crosstalk / (1 - crosstalk**2)
         assert found.sd is not None
