@@ -14,13 +14,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.intake import Frames, frames_of
-from footcal_cli.core.pose.steady import (
-    SteadyRule,
-    Stretch,
-    Verdict,
-    medians,
-    steady_stretches,
-)
+from footcal_cli.core.pose.steady import SteadyRule, Stretch, Verdict, medians, steady_stretches
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError

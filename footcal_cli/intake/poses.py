@@ -13,12 +13,7 @@ from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
 from footcal_cli.core.pose.intake import Frames, pose_log
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
-from footcal_cli.intake.legs import (
-    frames_of_tables,
-    geometry_of,
-    steady_frames,
-    without_effects,
-)
+from footcal_cli.intake.legs import frames_of_tables, geometry_of, steady_frames, without_effects
 from footcal_cli.tables.columns import AXIS_COLUMNS, legs_table, poses_table, six_axis_feet_table
 
 if TYPE_CHECKING:
@@ -128,9 +123,7 @@ def raw_poses(
     return log, legs, rejected
 
 
-def read_pairs(
-    session: Session[PoseCalibOptions],
-) -> tuple[dict[str, FloatArray], int, int, int]:
+def read_pairs(session: Session[PoseCalibOptions]) -> tuple[dict[str, FloatArray], int, int, int]:
     """Wrenches of transducers in series.
 
     Returns

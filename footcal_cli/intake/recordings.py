@@ -16,13 +16,7 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.belief import (
-    BIAS_SD_N,
-    GAIN_SD,
-    Belief,
-    belief_from,
-    nameplate,
-)
+from footcal_cli.core.online.belief import BIAS_SD_N, GAIN_SD, Belief, belief_from, nameplate
 from footcal_cli.core.online.merging import merge_cells, merge_six_axis
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray, IntArray

@@ -24,12 +24,7 @@ from footcal_cli.plots.weights import (
     plot_residuals,
     plot_scales,
 )
-from footcal_cli.records.results import (
-    ParametersRecord,
-    RmseRecord,
-    RmseRow,
-    VerdictRecord,
-)
+from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, number, plural
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import ladder, weights

@@ -139,8 +139,7 @@ class ChannelFit:
         return replace(
             self,
             estimates=replace(
-                self.estimates,
-                covariance=self.estimates.covariance + np.outer(moved, moved) / 12.0,
+                self.estimates, covariance=self.estimates.covariance + np.outer(moved, moved) / 12.0
             ),
             ci95=self.ci95 + wider[:, None] * [-1.0, 1.0],
             linear_covariance=self.linear_covariance + np.outer(line, line) / 12.0,

@@ -17,12 +17,7 @@ from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import FitError
 
-TERMS = {
-    "none": 0,
-    "affine": 3,
-    "quadratic": 6,
-    "full": 6,
-}
+TERMS = {"none": 0, "affine": 3, "quadratic": 6, "full": 6}
 """Polynomial terms of the empirical corrections in the order 1, x, y, x², xy, y²."""
 
 

@@ -241,9 +241,7 @@ class Problem:
         if len(kept) == len(self.signatures):
             return self
         return replace(
-            self,
-            columns=self.columns[:, kept],
-            signatures=tuple(self.signatures[i] for i in kept),
+            self, columns=self.columns[:, kept], signatures=tuple(self.signatures[i] for i in kept)
         )
 
     @property

@@ -10,11 +10,7 @@ from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.inference.linear import left_by, orthonormal
 from footcal_cli.core.inference.settled import Settled, settled
-from footcal_cli.core.inference.tracking import (
-    Tracking,
-    parts_of,
-    walk_variance,
-)
+from footcal_cli.core.inference.tracking import Tracking, parts_of, walk_variance
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import autocorrelation_time
 

@@ -15,10 +15,7 @@ from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT, HANGINGS
 from footcal_cli.core.log import ExperimentName, Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.ankle_logs import ankle_logs
-from footcal_cli.core.simulation.bench_logs import (
-    placements_log,
-    weights_logs,
-)
+from footcal_cli.core.simulation.bench_logs import placements_log, weights_logs
 from footcal_cli.core.simulation.biped_logs import BipedLogs, Course, MotionAt, biped_logs, standing
 from footcal_cli.core.simulation.columns import (
     Columns,
@@ -33,11 +30,7 @@ from footcal_cli.core.simulation.columns import (
     wrenches_columns,
 )
 from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.hexapod_logs import (
-    hang_log,
-    offset_values,
-    pose_log,
-)
+from footcal_cli.core.simulation.hexapod_logs import hang_log, offset_values, pose_log
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import stream
 from footcal_cli.core.simulation.plans import Plans, Spread

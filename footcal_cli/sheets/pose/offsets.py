@@ -52,9 +52,7 @@ def outcome_of(
     return Outcome(
         title=f"Offsets again, from standing: {robot}",
         verdict=VerdictRecord(
-            level=offset_level(found),
-            sentence=offset_sentence(found, names),
-            details=found.words,
+            level=offset_level(found), sentence=offset_sentence(found, names), details=found.words
         ),
         pictures=pictures,
         sheets=(offset_sheet(found, names),),
