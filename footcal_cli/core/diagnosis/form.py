@@ -13,6 +13,7 @@ from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import starts_of
 
 _FARTHEST = 2.5  # a regressor counts up to this many of its sd
 
@@ -85,7 +86,7 @@ def _products(problem: Problem, named: FloatArray) -> FloatArray:
 
 def _share_of_sequence(problem: Problem) -> FloatArray:
     """Time within each sequence from −1 to 1, shape (m,)."""
-    starts = np.flatnonzero(np.diff(problem.sequence, prepend=problem.sequence[:1] - 1))
+    starts = starts_of(problem.sequence)
     lengths = np.diff(np.append(starts, problem.sequence.size))
     age = np.arange(problem.sequence.size) - np.repeat(starts, lengths)
     return np.asarray(2.0 * age / np.repeat(np.maximum(lengths - 1, 1), lengths) - 1.0)

@@ -33,6 +33,12 @@ def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
     return np.asarray(left[:, singular > rcond * singular.max(initial=0.0)])
 
 
+def rank_of(singular: FloatArray, shape: tuple[int, ...]) -> tuple[int, float]:
+    """Numerical rank and condition number of a matrix with these singular values."""
+    rank = int(np.sum(singular > max(shape) * np.finfo(float).eps * singular[0]))
+    return rank, float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+
+
 def left_by(basis: FloatArray, target: FloatArray, rcond: float) -> FloatArray:
     """What the best fit of a basis leaves of a target, shape (m,) or (m, targets).
 
