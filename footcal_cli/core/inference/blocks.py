@@ -60,9 +60,9 @@ class BlockFit:
         """Standard deviation of each coefficient, shape (p,)."""
         return np.sqrt(np.clip(np.diag(self.covariance), 0.0, None))
 
-    def half_width(self, level: float = 0.95) -> FloatArray:
-        """Half the width of each coefficient's interval, shape (p,)."""
-        return np.asarray(special.stdtrit(self.dof, 0.5 + level / 2.0) * self.sd)
+    def half_width(self) -> FloatArray:
+        """Half the width of each coefficient's 95 % interval, shape (p,)."""
+        return np.asarray(special.stdtrit(self.dof, 0.975) * self.sd)
 
 
 def fit_blocks(
