@@ -57,7 +57,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     with session.step("fit"):
         supported = data.robot_weight_n - data.leg_weight_n.sum()
         error = offset_error(data, legs)[:, :3]
-        session.note(check_supported(error, float(supported)))
+        session.note(check_supported(error, float(supported), "all legs"))
         session.note(
             standing_axes(data, legs, noise_sd, options.com_sd_m, options.translation_sd_m)
         )

@@ -184,7 +184,7 @@ def check_total_force(total_n: FloatArray, weight_n: float | None, where: str) -
     ]  # fmt: skip
 
 
-def check_supported(error_n: FloatArray, weight_n: float) -> list[Finding]:
+def check_supported(error_n: FloatArray, weight_n: float, where: str) -> list[Finding]:
     """Find forces that do not carry what they support, by most of its weight, before any fit.
 
     Parameters
@@ -200,7 +200,7 @@ def check_supported(error_n: FloatArray, weight_n: float) -> list[Finding]:
         return []
     return [
         Finding(
-            "forces_off_weight", "alarm", "all legs",
+            "forces_off_weight", "alarm", where,
             f"the forces miss the {weight_n:.4g} N that they carry by {off:.4g} N (median)",
             "check the unit of the forces in [columns], mass_kg in [robot] and that the "
             "calibration is of this robot",

@@ -66,32 +66,8 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
     before, after = (found.of(m, reference) for m in ("before", method))
     cop = [1e3 * one.rms("cop") for one in (before, after)]
     force = [one.rms("vgrf") for one in (before, after)]
-    alarms = sum(jump.sure for jump in found.memory.jumps) + len(found.weighed.findings())
+    alarms = sum(jump.sure for jump in found.memory.jumps)
     actions: list[str] = []
-    known = found.merged.log.known
-    weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
-    if not (cop[1] < POOR_COP_MM and force[1] < POOR_SHARE * weight_n):
-        actions.append("Run diagnose: the residual is large, so something is not in the model.")
-    if not np.any(known["angmom_rate_nm"]):
-        actions.append(
-            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: the rate of "
-            "angular momentum was estimated from the body's motion, and scales may be off by more "
-            "than their sd."
-        )
-    right = found.consistency.as_claimed and cop[1] <= cop[0]
-    return VerdictRecord(
-        level="good" if right and not alarms and not actions else "warning",
-        sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "
-        f"force {number(force[0], 3)} → {number(force[1], 3)} N (RMS over the walk) against "
-        f"{AGAINST[reference]}, by {_METHODS[method]}.",
-        actions=tuple(actions),
-        details=_details(found, method),
-    )
-
-
-def _details(found: Comparison, method: str) -> tuple[str, ...]:
-    """Other methods on this walk, and what was found along the way."""
-    reference = found.best_reference
     details = []
     for other in ("window", "static"):
         if other == method or (other, reference, "cop") not in found.ratios:
@@ -123,7 +99,29 @@ def _details(found: Comparison, method: str) -> tuple[str, ...]:
         for jump in found.memory.jumps
         if jump.sure
     ]
-    return tuple(details)
+    alarms += len(found.weighed.findings())
+    worse = cop[1] > cop[0]
+    known = found.merged.log.known
+    weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
+    if not (cop[1] < POOR_COP_MM and force[1] < POOR_SHARE * weight_n):
+        actions.append("Run diagnose: the residual is large, so something is not in the model.")
+        alarms += 1
+    if not np.any(known["angmom_rate_nm"]):
+        actions.append(
+            "Log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model: the rate of "
+            "angular momentum was estimated from the body's motion, and scales may be off by more "
+            "than their sd."
+        )
+        alarms += 1
+    consistent = found.consistency.as_claimed
+    return VerdictRecord(
+        level="good" if consistent and not alarms and not worse else "warning",
+        sentence=f"CoP error {number(cop[0], 3)} → {number(cop[1], 3)} mm, error of the vertical "
+        f"force {number(force[0], 3)} → {number(force[1], 3)} N (RMS over the walk) against "
+        f"{AGAINST[reference]}, by {_METHODS[method]}.",
+        actions=tuple(actions),
+        details=tuple(details),
+    )
 
 
 _METHODS = {

@@ -15,10 +15,11 @@ from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names, raw_columns
-from footcal_cli.tables.placed import read_place
 from footcal_cli.tables.rawcolumn import RawColumn
-from footcal_cli.tables.reading import ForeignColumn, Join, Reading
+from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
+from footcal_cli.tables.registers import with_high_word
 from footcal_cli.tables.textfiles import called_as
+from footcal_cli.tables.units import conversion
 
 _TIME = Column("time_s", "time stamp")
 _TOPIC_S = 0.1
@@ -59,54 +60,64 @@ def source_columns(
         The file cannot be read to its end, or a pattern finds nothing.
     """
     own = set(column_names(path, reading.layout))
+    wanted = {p.column for p in places.values() if p.in_file}
+    wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
+    wanted |= {p.high_word for p in places.values() if p.high_word}
+    wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
-    for names, setting, where in (
-        (conditions, "only_where", "[columns]"),
-        ({reading.rows_of} - {""}, "rows_of", "[[files]]"),
-    ):
-        if names - own:
-            raise DataError(
-                f"missing column '{min(names - own)}' that {setting} names"
-                f"{nearest(min(names - own), sorted(own))}", file=path,
-                remedy=f"correct {setting} in {where}", foreign=setting == "rows_of",
-            )  # fmt: skip
-    wanted = conditions | {reading.rows_of}
-    for p in places.values():
-        wanted |= {p.column, p.nanoseconds, p.high_word, *p.plus}
-    wanted -= {""}
+    wanted |= conditions
+    if conditions - own:
+        raise DataError(
+            f"missing column '{min(conditions - own)}' that only_where names"
+            f"{nearest(min(conditions - own), sorted(own))}", file=path,
+            remedy="correct only_where in [columns]",
+        )  # fmt: skip
+    if reading.rows_of and reading.rows_of not in own:
+        raise DataError(
+            f"missing column '{reading.rows_of}' that rows_of names"
+            f"{nearest(reading.rows_of, sorted(own))}", file=path,
+            remedy="correct rows_of in [[files]]", foreign=True,
+        )  # fmt: skip
+    wanted |= {reading.rows_of} - {""}
     here = sorted(wanted & own) or [column_names(path, reading.layout)[0]]
     as_text = {
         p.column for name, p in places.items() if name in texts or p.pattern or p.names
     } & own  # fmt: skip
-    raw = dict(raw_columns(path, here, as_text | conditions, reading.layout))
-    if not len(raw[here[0]].values):
+    as_text |= conditions
+    raw = dict(raw_columns(path, here, as_text, reading.layout))
+    rows = len(raw[here[0]].values)
+    if rows == 0:
         raise DataError("no rows", file=path, remedy="record the log again")
     if reading.rows_of:
         raw = _of_one_topic(path, reading, raw)
-    first = raw[here[0]]
+        rows = len(raw[here[0]].values)
+    lines = raw[here[0]].lines
     if wanted - own:
         for join in reading.joins:
-            raw |= _joined(path, reading, join, wanted - own, len(first.values))
-    return {
-        name: read_place(raw, place, reading, path)
-        if place.in_file
-        else _counted(first, place, reading, path, text=name in texts)
-        for name, place in places.items()
-    }
-
-
-def _counted(
-    first: RawColumn, place: ForeignColumn, reading: Reading, path: Path, *, text: bool
-) -> RawColumn:
-    """What no column holds: time counted by the file's first column, or one value in all rows."""
-    rows, lines = len(first.values), first.lines
-    if place.value is None and place.file_name is None:
-        assert reading.rate_hz is not None, "only counted time has no source"
-        count = np.arange(rows, dtype=np.float64)
-        return RawColumn("number", count / reading.rate_hz, np.zeros(rows, bool), lines)
-    said = _said(place, path)
-    # leg 0 is called 0
-    return _constant(f"{said:g}" if text and isinstance(said, float) else said, rows, lines)
+            raw |= _joined(path, reading, join, wanted - own, rows)
+    found = {}
+    for name, place in places.items():
+        if place.in_file:
+            found[name] = _cell(raw[place.column], place, reading, path)
+            if place.only_where:
+                found[name] = _only_where(found[name], raw, place)
+            for other, unit in place.plus.items():
+                more = _cell(raw[other], place, reading, path)
+                found[name] = _plus(found[name], more, place, (other, unit), path)
+            if place.high_word:
+                both = (place.column, place.high_word)
+                found[name] = with_high_word(found[name], raw[place.high_word], both, path)
+            if place.nanoseconds:
+                found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
+        elif place.value is None and place.file_name is None:
+            assert reading.rate_hz is not None, "only counted time has no source"
+            count = np.arange(rows, dtype=np.float64)
+            found[name] = RawColumn("number", count / reading.rate_hz, np.zeros(rows, bool), lines)
+        else:
+            said = _said(place, path)
+            said = f"{said:g}" if name in texts and isinstance(said, float) else said
+            found[name] = _constant(said, rows, lines)  # leg 0 is called 0
+    return found
 
 
 def _of_one_topic(
@@ -169,6 +180,136 @@ def _constant(value: str | float, rows: int, lines: NDArray[np.int64] | None) ->
     kind: Any = "text" if isinstance(value, str) else "number"
     filled = np.full(rows, value, dtype=object if isinstance(value, str) else np.float64)
     return RawColumn(kind, filled, np.zeros(rows, dtype=bool), lines)
+
+
+def _with_nanoseconds(
+    whole: RawColumn, rest: RawColumn, place: ForeignColumn, path: Path
+) -> RawColumn:
+    """Whole seconds and the nanoseconds beside them as one stamp in integer nanoseconds."""
+    for raw, column in ((whole, place.column), (rest, place.nanoseconds)):
+        if raw.kind != "number" or raw.values.dtype.kind not in "iu":
+            raise DataError(
+                "holds no whole numbers of seconds or nanoseconds", file=path, column=column,
+                remedy="take `nanoseconds` out of [columns]",
+            )  # fmt: skip
+    stamps = whole.values.astype(np.int64) * 10**9 + rest.values.astype(np.int64)
+    return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
+
+
+def _plus(
+    raw: RawColumn, more: RawColumn, place: ForeignColumn, other: tuple[str, str], path: Path
+) -> RawColumn:
+    """A column with another one, in a unit of its own, on top; an empty cell adds nothing."""
+    column, unit = other
+    for one, name in ((raw, place.column), (more, column)):
+        if one.kind != "number":
+            raise DataError("holds no numbers", file=path, column=name,
+                            remedy="correct `plus` in [columns]")  # fmt: skip
+    change = conversion(unit, place.unit or unit, 1.0)
+    added = np.where(more.empty, 0.0, change(more.values.astype(np.float64)))
+    values = np.where(raw.empty, 0.0, raw.values.astype(np.float64)) + added
+    return replace(raw, values=values, empty=raw.empty & more.empty)
+
+
+def _only_where(
+    raw: RawColumn, columns: Mapping[str, RawColumn], place: ForeignColumn
+) -> RawColumn:
+    """Numbers that are 0 where another column does not say a certain text."""
+    elsewhere = np.zeros(len(raw.values), dtype=bool)
+    for name, said in place.only_where.items():
+        words = columns[name].values.tolist()
+        elsewhere |= np.array([str(word).strip() != said for word in words])
+    values = raw.values.copy()
+    values[elsewhere] = "0" if raw.kind == "text" else 0
+    return replace(raw, values=values, empty=raw.empty & ~elsewhere)
+
+
+def _held(raw: RawColumn) -> RawColumn:
+    """A column whose empty cells mean what stands above them."""
+    above = np.maximum.accumulate(np.where(raw.empty, -1, np.arange(len(raw.values))))
+    values = raw.values[np.maximum(above, 0)]
+    return replace(raw, values=values, empty=above < 0)
+
+
+def _without_reading(raw: RawColumn, place: ForeignColumn, layout: Layout) -> RawColumn:
+    """A column whose cells are empty where they say that there was no reading."""
+    if raw.kind == "number":
+        words = [_number_of(word) for word in place.missing]
+        nothing = raw.empty | np.isin(raw.values, [word for word in words if word is not None])
+        values = np.where(nothing, np.nan, raw.values) if nothing.any() else raw.values
+        return replace(raw, values=values, empty=nothing)
+    said = [str(word).strip() for word in raw.values.tolist()]
+    nothing = raw.empty | np.array([word in place.missing for word in said])
+    plain = [_plain_number(word, layout) for word in said]
+    return replace(raw, values=np.array(plain, dtype=object), empty=nothing)
+
+
+def _number_of(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def _cell(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
+    """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
+    raw = _held(raw) if place.held else raw
+    raw = _without_reading(raw, place, reading.layout) if place.missing else raw
+    if raw.kind != "text" or not (place.pattern or place.names):
+        return raw
+    words: list[object] = []
+    looked_for = re.compile(place.pattern) if place.pattern else None
+    for at, word in enumerate(raw.values.tolist()):
+        if raw.empty[at]:
+            words.append(np.nan)
+            continue
+        said = str(word).strip()
+        if looked_for is not None:
+            found = looked_for.search(said)
+            if found is None:
+                raise DataError(
+                    f"does not match the pattern '{place.pattern}'", file=path,
+                    column=place.column, row=raw.row(at), value=said,
+                    remedy="correct `pattern` in [columns]",
+                )  # fmt: skip
+            said = found.group(1)
+            if place.unit and "unit" in looked_for.groupindex:
+                said = _plain_number(said, reading.layout)
+                words.append(_in_unit(said, found["unit"] or "", place, raw.row(at), path))
+                continue
+            if re.fullmatch(r"[-+]?[\d.,' ]+", said):
+                said = _plain_number(said, reading.layout)
+        words.append(place.names.get(said, said))
+    return replace(raw, values=np.array(words, dtype=object))
+
+
+def _plain_number(said: str, layout: Layout) -> str:
+    """A number as it is written in a file, with a decimal point and nothing between thousands."""
+    if layout.thousands:
+        said = said.replace(layout.thousands, "")
+    return said.replace(layout.decimal, ".")
+
+
+def _in_unit(said: str, unit: str, place: ForeignColumn, row: str, path: Path) -> object:
+    """A number with its own unit, in the unit of its column."""
+    from footcal_cli.tables.units import conversion
+
+    try:
+        value = float(said)
+        if unit == "":
+            if value != 0.0:
+                raise UsageError("a number without a unit", remedy=f"write it in {place.unit}")
+            return value
+        change = conversion(unit, place.unit or "", 1.0)
+        if change.weighed:
+            raise UsageError("a mass among forces", remedy="write all of them in one unit")
+        return change.slope * value
+    except (ValueError, UsageError) as error:
+        problem = error.problem if isinstance(error, UsageError) else "not a number"
+        raise DataError(
+            problem, file=path, column=place.column, row=row, value=f"{said} {unit}".strip(),
+            remedy="correct the cell, or `pattern` in [columns]",
+        ) from None  # fmt: skip
 
 
 def _joined(

@@ -142,7 +142,7 @@ def test_forces_at_the_hips_against_what_they_support(factor: float, found: int)
     rng = np.random.default_rng(0)
     carried = np.array([0.0, 0.0, 43.0])
     error = factor * (carried + rng.normal(0.0, 0.5, (50, 3))) - carried
-    assert len(check_supported(error, 43.0)) == found
+    assert len(check_supported(error, 43.0, "all legs")) == found
 
 
 def test_a_doubt_about_units_is_not_good_and_says_what_to_do(run: Run, tmp_path: Path) -> None:

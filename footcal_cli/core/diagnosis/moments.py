@@ -68,19 +68,21 @@ def best_between(subject: Subject, after_s: float, before_s: float) -> Signature
     """
     ideal, problem = balanced(subject.case, subject.case.values), subject.problem
     middle = 0.5 * (after_s + before_s)
-    moments = {n: at for n, e in subject.table.items() if (at := _moment_of(e)) is not None}
-    placed = {
-        s.cause: _at(s, moments[s.effect], middle)
-        for s in problem.signatures if s.effect in moments
-    }  # fmt: skip
+    placed: dict[object, Signature] = {}
+    for signature in problem.signatures:
+        moment = _moment_of(subject.table[signature.effect])
+        if moment is not None:
+            placed[signature.cause] = _at(signature, moment, middle)
     found = _best(subject, ideal, list(placed.values()))
     if found is None:
         return None
     log = max(subject.case.judged, key=len)
     since = log.time_s - log.time_s[0]
     times = since[(since > after_s) & (since < before_s)]
-    later = [_at(found, moments[found.effect], float(time)) for time in times]
-    return _best(subject, ideal, [found, *later])
+    moment = _moment_of(subject.table[found.effect])
+    if moment is None:  # only effects with a moment were placed
+        return found
+    return _best(subject, ideal, [found, *(_at(found, moment, float(time)) for time in times)])
 
 
 def _at(signature: Signature, moment: str, time_s: float) -> Signature:
