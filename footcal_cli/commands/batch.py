@@ -49,7 +49,7 @@ class BatchOptions(CommandOptions):
 _SHARED: dict[str, Any] = {
     "out": Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Folder to write, or to continue in.")
-    ],
+    ]
 }
 _EXTRA: dict[str, Any] = {
     "sessions": Annotated[
@@ -59,7 +59,7 @@ _EXTRA: dict[str, Any] = {
             help="Globs of logs or of folders with logs, or a table (CSV, Parquet, TOML) with the "
             "columns session, robot, date, operator, logs, recipe, parameters.",
         ),
-    ],
+    ]
 }
 
 

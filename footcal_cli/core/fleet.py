@@ -174,15 +174,13 @@ class Fleet:
         return found
 
 
-def study(sessions: Sessions, *, alpha: float = ALPHA) -> Fleet:
+def study(sessions: Sessions) -> Fleet:
     """Look at every parameter of every robot, then at each parameter's spread over all of them.
 
     Parameters
     ----------
     sessions
         In the order of time.
-    alpha
-        For the whole batch; shared among the series (Bonferroni).
     """
     robots = list(dict.fromkeys(sessions.robot.tolist()))
     places = [
@@ -191,7 +189,7 @@ def study(sessions: Sessions, *, alpha: float = ALPHA) -> Fleet:
         for robot in robots
     ]
     tested = sum(at.size >= FEWEST_SESSIONS for _, _, at in places)
-    own = alpha / max(tested, 1)
+    own = ALPHA / max(tested, 1)
     series = tuple(_series(sessions, name, robot, at, own) for name, robot, at in places if at.size)
     budgets = tuple(
         _budget(sessions, name, [s for s in series if s.parameter == name])

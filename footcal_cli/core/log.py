@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TypeVar, cast
+from typing import Literal, TypeVar, cast, get_args
 
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 T = TypeVar("T")
+ExperimentName = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
+EXPERIMENT_NAMES: tuple[ExperimentName, ...] = get_args(ExperimentName)
 
 
 class _Read(Mapping[str, FloatArray]):

@@ -7,7 +7,7 @@ and holds either what is believed beforehand (`Parameter`) or what a fit made of
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -126,16 +126,6 @@ class ParameterSet:
     def free(self) -> BoolArray:
         """Which parameters a fit may move, shape (n,)."""
         return np.array([parameter.free for parameter in self.parameters], dtype=bool)
-
-    def updated(self, changes: Mapping[str, float]) -> ParameterSet:
-        """The same set with some prior means replaced."""
-        unknown = sorted(set(changes) - set(self._index))
-        if unknown:
-            raise KeyError(f"no such parameter: {', '.join(unknown)}")
-        return ParameterSet(
-            tuple(replace(p, value=changes.get(p.name, p.value)) for p in self.parameters),
-            self.correlation,
-        )
 
     def __add__(self, other: Iterable[Parameter]) -> ParameterSet:
         more = tuple(other)

@@ -65,7 +65,6 @@ def select_quiet(
     log: Log,
     forces_n: FloatArray,
     *,
-    acceleration_mps2: FloatArray | None = None,
     gyro_radps: FloatArray | None = None,
     rule: QuietRule | None = None,
 ) -> QuietSet:
@@ -79,8 +78,6 @@ def select_quiet(
         Standing, raw counts.
     forces_n
         Forces by the believed calibration, shape (n, c).
-    acceleration_mps2
-        Of the IMU without gravity, shape (n, 3); the CoM's where None.
     gyro_radps
         Shape (n, 3); not judged where None.
 
@@ -91,8 +88,7 @@ def select_quiet(
     """
     rule = rule or QuietRule()
     n = len(log)
-    acceleration = log.known["com_acc_mps2"] if acceleration_mps2 is None else acceleration_mps2
-    moving = np.linalg.norm(acceleration, axis=1) > rule.acceleration_mps2
+    moving = np.linalg.norm(log.known["com_acc_mps2"], axis=1) > rule.acceleration_mps2
     if gyro_radps is not None:
         moving |= np.linalg.norm(gyro_radps, axis=1) > rule.rate_radps
     finite = np.asarray(np.isfinite(forces_n).all(axis=1))

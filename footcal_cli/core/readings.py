@@ -21,6 +21,8 @@ FAR = 2.0
 _LEFT_OUT, _MOST_LEFT_OUT = 10, 10.0
 """Samples at each end of a short log that its usual range does not run to, and how many percent."""
 _FEWEST_LEVELS = 3
+_FROZEN = 50
+"""Samples of one value from which a channel may be frozen."""
 _CODES = tuple(2.0**bits for bits in (16, 18, 20, 22, 24, 32))
 SIGN_SPAN, _LEVEL_APART = 0.25, 0.1
 """Share of a converter's range in which codes lie that lost their sign, and of their own span
@@ -169,12 +171,12 @@ def check_codes(channel: str, counts: FloatArray, bits: int) -> Iterator[Finding
         )  # fmt: skip
 
 
-def find_frozen(reading: FloatArray, least: int = 50) -> BoolArray:
-    """Samples of runs of one value that last `least` samples and far longer than usual runs."""
+def find_frozen(reading: FloatArray) -> BoolArray:
+    """Samples of runs of one value that last 50 samples and far longer than usual runs."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(reading) != 0) + 1, [reading.size]])
     lengths = np.diff(edges)
     usual = float(np.percentile(lengths, 90))
-    frozen = lengths >= max(least, 10.0 * usual)
+    frozen = lengths >= max(_FROZEN, 10.0 * usual)
     if reading.size > 1:
         frozen |= lengths == reading.size
     return np.repeat(frozen, lengths)

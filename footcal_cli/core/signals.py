@@ -294,6 +294,16 @@ def stretches(flags: BoolArray) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
+def begins(numbers: IntArray) -> BoolArray:
+    """Which rows do not have the number of the row before, shape (n,)."""
+    return np.asarray(np.diff(numbers, prepend=numbers[:1] - 1) != 0)
+
+
+def starts_of(numbers: IntArray) -> IntArray:
+    """First row of every stretch of rows with the same number, in their order."""
+    return np.flatnonzero(begins(numbers))
+
+
 def peaks_kept(values: FloatArray, most: int) -> IntArray:
     """Numbers of the samples that draw a series of any length, shape (at most `most`,).
 
@@ -355,8 +365,3 @@ def root_mean_square(values: FloatArray) -> float:
 def median_sd(values: FloatArray) -> float:
     """The sd of a normal distribution about zero of the same median size; shape (n,)."""
     return _NORMAL_SD * float(np.median(np.abs(values)))
-
-
-def effective_size(series: FloatArray) -> float:
-    """Independent samples that a correlated series is worth, ``n / τ``."""
-    return series.size / autocorrelation_time(series)

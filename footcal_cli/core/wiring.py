@@ -121,10 +121,7 @@ def _exchange(count: int, a: int, b: int) -> IntArray:
 
 
 def _exchanged(
-    counts: FloatArray,
-    names: Sequence[str],
-    arms: FloatArray,
-    load_n: FloatArray,
+    counts: FloatArray, names: Sequence[str], arms: FloatArray, load_n: FloatArray
 ) -> list[Finding]:
     count = len(names)
     if len(load_n) < 2 * count + 2:

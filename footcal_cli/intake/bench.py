@@ -17,7 +17,7 @@ from footcal_cli.core.bench.plateaus import PlateauOptions
 from footcal_cli.core.bench.record import BenchRecord, record_of
 from footcal_cli.core.bench.study import ChannelStudy, study_rows, study_samples
 from footcal_cli.core.bench_rows import pieces_by_pauses
-from footcal_cli.core.experiments.weights import AXES
+from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.readings import find_end_codes
@@ -26,6 +26,7 @@ from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions, PlateauSettings
 from footcal_cli.tables.columns import (
+    AXIS_COLUMNS,
     cop_points_table,
     placements_table,
     weights_stream_table,
@@ -256,8 +257,8 @@ def rows_together(session: Session[Any], *, known_wrench: bool) -> RowsTogether 
         return None
     readings = np.concatenate([t.numbers([f"{c}_counts" for c in channels]) for t in tables])
     if known_wrench:
-        outputs, units = tuple(name for name, _ in AXES), tuple(unit for _, unit in AXES)
-        names = [f"known_{axis}_{unit.lower()}" for axis, unit in AXES]
+        outputs, units = AXES, AXIS_UNITS
+        names = [f"known_{column}" for column in AXIS_COLUMNS]
     else:
         outputs, units = tuple(channels), ("N",) * len(channels)
         names = [f"{channel}_load_n" for channel in channels]

@@ -102,18 +102,7 @@ def without_cell_effects(
         {"cell_pos_m": np.tile(places, (rows, 1, 1)), **(moving or {})},
         np.zeros(rows, dtype=np.int64),
     )  # fmt: skip
-    links = []
-    for item in record.effects:
-        effect = effect_of(item)
-        if Trait.CALIBRATION in effect.traits or effect.stage in (Stage.BODY, Stage.TRANSPORT):
-            continue
-        lacking = set(effect.needs) - set(log.known) - {"temperature_degc"}
-        if lacking:
-            raise UsageError(
-                f"the calibration contains {effect.name}, which needs {', '.join(sorted(lacking))}",
-                remedy="give the calibration without it, or correct the recipe where it says so",
-            )
-        links.append(Link(effect, dict(item.owners)))
+    links = _links_of_cells(record, log)
     gain_sd, bias_sd_n = np.zeros(count), np.zeros(count)
     findings: tuple[Finding, ...] = ()
     if any("temperature_degc" in item.effect.needs for item in links):
@@ -145,6 +134,23 @@ def without_cell_effects(
         findings,
         left,
     )
+
+
+def _links_of_cells(record: ParametersRecord, log: Log) -> list[Link]:
+    """Effects of the cells beyond their calibration; one that the log cannot undo is refused."""
+    links = []
+    for item in record.effects:
+        effect = effect_of(item)
+        if Trait.CALIBRATION in effect.traits or effect.stage in (Stage.BODY, Stage.TRANSPORT):
+            continue
+        lacking = set(effect.needs) - set(log.known) - {"temperature_degc"}
+        if lacking:
+            raise UsageError(
+                f"the calibration contains {effect.name}, which needs {', '.join(sorted(lacking))}",
+                remedy="give the calibration without it, or correct the recipe where it says so",
+            )
+        links.append(Link(effect, dict(item.owners)))
+    return links
 
 
 def temperature_range(record: ParametersRecord) -> tuple[float, float]:

@@ -11,11 +11,11 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_quaternion, rotations_of_rpy
 from footcal_cli.recipe import Robot
+from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION
 from footcal_cli.tables.table import Table
 
 LIFTED = 0.8
 """Share of the weight that a foot's force must run through where the foot is lifted."""
-_WRENCH = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 
 
 def look_closer(by_kind: dict[str, list[Table]], robot: Robot) -> list[Finding]:
@@ -76,10 +76,10 @@ def _placements(table: Table, robot: Robot) -> list[Finding]:
 
 
 def _hangings(table: Table) -> list[Finding]:
-    if "orientation" not in table or any(c not in table for c in _WRENCH):
+    if "orientation" not in table or any(c not in table for c in AXIS_COLUMNS):
         return []
     leg, orientation = table.text("leg"), table.text("orientation")
-    wrench = table.numbers(list(_WRENCH))
+    wrench = table.numbers(list(AXIS_COLUMNS))
     found: list[Finding] = []
     names = list(dict.fromkeys(leg))
     for name in names:
@@ -95,7 +95,7 @@ def _hangings(table: Table) -> list[Finding]:
 
 def _poses(table: Table, robot: Robot) -> list[Finding]:
     """Poses in their order, all legs of each in the body frame."""
-    columns = [*_WRENCH, *(f"body_q{a}" for a in "xyzw")]
+    columns = [*AXIS_COLUMNS, *QUATERNION]
     if any(c not in table for c in columns):
         return []
     pose, leg = table.text("pose"), table.text("leg")
@@ -108,7 +108,7 @@ def _poses(table: Table, robot: Robot) -> list[Finding]:
     column = np.array([names.index(str(name)) for name in leg])
     wrench = np.full((len(poses), len(names), 6), np.nan)
     turn = rotations_of_rpy(np.array([robot.legs[name].rotation_rpy_rad for name in names]))
-    own = table.numbers(list(_WRENCH))
+    own = table.numbers(list(AXIS_COLUMNS))
     for half in (slice(0, 3), slice(3, 6)):
         wrench[row, column, half] = np.einsum("nij,nj->ni", turn[column], own[:, half])
     contact = np.ones((len(poses), len(names)), dtype=bool)

@@ -27,11 +27,7 @@ from footcal_cli.intake.cell_effects import (
 )
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.files import read_record
-from footcal_cli.records.results import (
-    CopCorrectionRecord,
-    CopCorrectionsRecord,
-    ParametersRecord,
-)
+from footcal_cli.records.results import CopCorrectionRecord, CopCorrectionsRecord, ParametersRecord
 from footcal_cli.tables.columns import cells_table
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from footcal_cli.core.log import EXPERIMENT_NAMES
 from footcal_cli.errors import UsageError
 
-KINDS = ("weights", "placements", "stand", "walk", "hang", "pose")
 _OF_COMMAND = {
     "static-init": "stand", "online-replay": "walk", "hang-calib": "hang", "pose-calib": "pose",
 }  # fmt: skip
@@ -61,7 +61,7 @@ def groups_of(arguments: Sequence[Path]) -> tuple[Group, ...]:
         else:
             raise UsageError(
                 "a file among several experiments has no kind", file=path,
-                remedy=f"write KIND=FILE, KIND one of {', '.join(KINDS)}",
+                remedy=f"write KIND=FILE, KIND one of {', '.join(EXPERIMENT_NAMES)}",
             )  # fmt: skip
     groups += [Group(kind, kind, tuple(paths)) for kind, paths in files.items()]
     return _named_apart(groups)
@@ -70,7 +70,7 @@ def groups_of(arguments: Sequence[Path]) -> tuple[Group, ...]:
 def _split(argument: Path) -> tuple[str, Path]:
     """``KIND=PATH``, or a path that names no kind."""
     head, given, rest = str(argument).partition("=")
-    if given and head in KINDS and not argument.exists():
+    if given and head in EXPERIMENT_NAMES and not argument.exists():
         return head, Path(rest)
     return "", argument
 
@@ -91,7 +91,7 @@ def _of_folder(folder: Path, kind: str) -> Group:
     if not found:
         raise UsageError(
             "nothing says which experiment this folder holds", file=folder,
-            remedy=f"write KIND={folder.as_posix()}, KIND one of {', '.join(KINDS)}",
+            remedy=f"write KIND={folder.as_posix()}, KIND one of {', '.join(EXPERIMENT_NAMES)}",
         )  # fmt: skip
     if not logs:
         raise UsageError(
@@ -111,8 +111,8 @@ def _kind_of_run(command: str, run: dict[str, object]) -> str:
 
 
 def _kind_of_name(name: str) -> str:
-    words = re.split(r"[^a-z]+", name.lower())
-    found = [kind for kind in KINDS if {kind, f"{kind}s", kind.removesuffix("s")} & set(words)]
+    words = set(re.split(r"[^a-z]+", name.lower()))
+    found = [k for k in EXPERIMENT_NAMES if words & {k, f"{k}s", k.removesuffix("s")}]
     return found[0] if len(found) == 1 else ""
 
 

@@ -20,8 +20,8 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.spatial import gravity_in, rotation_of_rpy, rotations_logged
 from footcal_cli.errors import DataError, UsageError
-from footcal_cli.intake.legs import WRENCH_COLUMNS, without_effects
-from footcal_cli.tables.columns import GRAVITY, QUATERNION
+from footcal_cli.intake.legs import without_effects
+from footcal_cli.tables.columns import AXIS_COLUMNS, GRAVITY, QUATERNION
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Recipe
@@ -68,7 +68,7 @@ def leg_logs(
         whose = table.text("leg")
         for leg in legs_in_order(whose, tuple(recipe.robot.legs)):
             part = np.flatnonzero(whose == leg)
-            wrench = table.numbers(WRENCH_COLUMNS)[part]
+            wrench = table.numbers(AXIS_COLUMNS)[part]
             phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
             gravity, level = _gravity(table, part, leg, recipe, options.orientation_of)
             sound = finite_rows(wrench, phase, gravity)

@@ -10,30 +10,22 @@ import numpy as np
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import calibration_of, having
 from footcal_cli.core.effects.contract import Trait
-from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.intake import Frames, frames_of
-from footcal_cli.core.pose.steady import (
-    SteadyRule,
-    Stretch,
-    Verdict,
-    medians,
-    steady_stretches,
-)
+from footcal_cli.core.pose.steady import SteadyRule, Stretch, Verdict, medians, steady_stretches
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.records.effects import effect_of
+from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION
 
 if TYPE_CHECKING:
     from footcal_cli.recipe import Recipe
     from footcal_cli.records.results import ParametersRecord
     from footcal_cli.tables.table import Table
 
-WRENCH_COLUMNS = tuple(f"{a}_{'n' if a.startswith('f') else 'nm'}" for a in AXES)
-QUATERNION_COLUMNS = tuple(f"body_q{a}" for a in "xyzw")
 _EVEN = 0.5
 _MOST_NAMED = 8
 _NAMED_SHARE = 0.2
@@ -64,9 +56,9 @@ def frames_of_tables(tables: Sequence[Table], legs: Sequence[str], key: str) -> 
         return np.concatenate([table.numbers(columns) for table in tables])
 
     columns = {
-        "wrench": stacked(WRENCH_COLUMNS),
+        "wrench": stacked(AXIS_COLUMNS),
         "phase_rad": stacked(["phase_rad"])[:, 0],
-        "body_q": stacked(QUATERNION_COLUMNS),
+        "body_q": stacked(QUATERNION),
     }
     if key == "time_s":
         columns["time_s"] = stacked(["time_s"])[:, 0]

@@ -13,14 +13,8 @@ from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
 from footcal_cli.core.pose.intake import Frames, pose_log
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, UsageError
-from footcal_cli.intake.legs import (
-    WRENCH_COLUMNS,
-    frames_of_tables,
-    geometry_of,
-    steady_frames,
-    without_effects,
-)
-from footcal_cli.tables.columns import legs_table, poses_table, six_axis_feet_table
+from footcal_cli.intake.legs import frames_of_tables, geometry_of, steady_frames, without_effects
+from footcal_cli.tables.columns import AXIS_COLUMNS, legs_table, poses_table, six_axis_feet_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -129,9 +123,7 @@ def raw_poses(
     return log, legs, rejected
 
 
-def read_pairs(
-    session: Session[PoseCalibOptions],
-) -> tuple[dict[str, FloatArray], int, int, int]:
+def read_pairs(session: Session[PoseCalibOptions]) -> tuple[dict[str, FloatArray], int, int, int]:
     """Wrenches of transducers in series.
 
     Returns
@@ -150,7 +142,7 @@ def read_pairs(
     names = tuple(dict.fromkeys(name for pair in options.series for name in pair))
     table = session.read_required(six_axis_feet_table(names))[0]
     time_s = table.number("time_s")
-    wrench = {name: table.numbers([f"{name}_{c}" for c in WRENCH_COLUMNS]) for name in names}
+    wrench = {name: table.numbers([f"{name}_{c}" for c in AXIS_COLUMNS]) for name in names}
     sound = np.logical_and.reduce([np.isfinite(w).all(axis=1) for w in wrench.values()])
     step_s = float(np.median(np.diff(time_s)))
     block = max(round(options.block_s / step_s), 1)

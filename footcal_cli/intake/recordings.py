@@ -16,13 +16,7 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.walk import reference_of
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.belief import (
-    BIAS_SD_N,
-    GAIN_SD,
-    Belief,
-    belief_from,
-    nameplate,
-)
+from footcal_cli.core.online.belief import BIAS_SD_N, GAIN_SD, Belief, belief_from, nameplate
 from footcal_cli.core.online.merging import merge_cells, merge_six_axis
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -94,73 +88,80 @@ def read_recordings(
     DataError
         A log lacks its body stream.
     """
-    robot = session.recipe.robot
-    if not robot.feet:
-        raise UsageError(
-            "the recipe names no feet", file=session.recipe.path,
-            remedy="describe them in [robot.feet.<name>]",
-        )  # fmt: skip
-    if robot.mass_kg is None:
-        raise UsageError(
-            "the recipe gives no mass", file=session.recipe.path,
-            remedy="give mass_kg in [robot], batteries and cables included",
-        )  # fmt: skip
-    feet = tuple(robot.feet)
-    six_axis = is_six_axis_robot(robot)
-    if not six_axis:
-        require_feet_of_cells(robot, session.recipe.path)
-    sensor_type = six_axis_feet_table(feet) if six_axis else cells_table(robot.cell_names)
+    robot, feet = _walker(session), tuple(session.recipe.robot.feet)
+    sensor_type = (
+        six_axis_feet_table(feet) if is_six_axis_robot(robot) else cells_table(robot.cell_names)
+    )
     sensors, bodies = _pairs(session, sensor_type, body_table(feet))
     if body_needed and not bodies:
         raise _body_missing(session, body_table(feet), sensors[0].path)
-    found = []
-    for i, table in enumerate(sensors):
-        body = bodies[i] if bodies else None
-        channels = (
-            tuple(f"{foot}.{axis}" for foot in feet for axis in AXES)
-            if six_axis
-            else robot.cell_names
+    return [
+        _read_one(session, table, bodies[i] if bodies else None, rule, experiment)
+        for i, table in enumerate(sensors)
+    ]
+
+
+def _walker(session: Session[Any]) -> Robot:
+    """The recipe's robot, which has feet and a mass."""
+    robot, path = session.recipe.robot, session.recipe.path
+    if not robot.feet:
+        raise UsageError(
+            "the recipe names no feet", file=path, remedy="describe them in [robot.feet.<name>]"
         )
-        stream = sensor_stream_of(table, channels, feet if six_axis else (), robot.adc.lost_reading)
-        motion = body_stream_of(body, feet) if body is not None else no_body(stream, len(feet))
-        belief = None
-        if six_axis:
-            merged = _merge_six_axis(stream, motion, robot, rule, experiment)
-            if session.parameters is not None:
-                log = without_transducer_effects(merged.log, session.parameters)
-                merged = replace(merged, log=log)
-        else:
-            belief = prior_belief(session.parameters, robot, channels)
-            moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
-            stream, belief, places = _checked_cells(
-                session, table, stream, belief, moving, experiment
-            )
-            merged = merge_cells(
-                stream, motion, belief, places, robot.mass_kg, robot.gravity_mps2,
-                experiment=experiment, rule=rule,
-            )  # fmt: skip
-        if body is not None:
-            session.note(
-                check_overlap(
-                    stream.time_s, motion.time_s, table.path.name,
-                    body.path.name if body.path != table.path else "its body stream",
-                )
-            )  # fmt: skip
-            session.note(
-                check_rates(
-                    stream.time_s, stream.readings, motion.time_s,
-                    np.concatenate([motion.com_m, motion.com_acc_mps2], axis=1), table.path.name,
-                )
-            )  # fmt: skip
-        session.note(wiring_of(merged, belief, experiment))
-        found.append(
-            Recording(
-                merged, belief, feet, table.path.name, body is None,
-                body is None or "angmom_rate_x_nm" not in body,
-                _temperature(table, stream, merged),
-            )
+    if robot.mass_kg is None:
+        raise UsageError(
+            "the recipe gives no mass", file=path,
+            remedy="give mass_kg in [robot], batteries and cables included",
         )  # fmt: skip
-    return found
+    if not is_six_axis_robot(robot):
+        require_feet_of_cells(robot, path)
+    return robot
+
+
+def _read_one(
+    session: Session[Any], table: Table, body: Table | None, rule: MergeRule, experiment: str
+) -> Recording:
+    """One sensor log and its body stream, merged; what looks wrong is noted."""
+    robot, feet = session.recipe.robot, tuple(session.recipe.robot.feet)
+    six_axis = is_six_axis_robot(robot)
+    channels = (
+        tuple(f"{foot}.{axis}" for foot in feet for axis in AXES) if six_axis else robot.cell_names
+    )
+    stream = sensor_stream_of(table, channels, feet if six_axis else (), robot.adc.lost_reading)
+    motion = body_stream_of(body, feet) if body is not None else no_body(stream, len(feet))
+    belief = None
+    if six_axis:
+        merged = _merge_six_axis(stream, motion, robot, rule, experiment)
+        if session.parameters is not None:
+            log = without_transducer_effects(merged.log, session.parameters)
+            merged = replace(merged, log=log)
+    else:
+        assert robot.mass_kg is not None, "a walker"
+        belief = prior_belief(session.parameters, robot, channels)
+        moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
+        stream, belief, places = _checked_cells(session, table, stream, belief, moving, experiment)
+        merged = merge_cells(
+            stream, motion, belief, places, robot.mass_kg, robot.gravity_mps2,
+            experiment=experiment, rule=rule,
+        )  # fmt: skip
+    if body is not None:
+        _note_clocks(session, stream, motion, table.path, body.path)
+    session.note(wiring_of(merged, belief, experiment))
+    return Recording(
+        merged, belief, feet, table.path.name, body is None,
+        body is None or "angmom_rate_x_nm" not in body,
+        _temperature(table, stream, merged),
+    )  # fmt: skip
+
+
+def _note_clocks(
+    session: Session[Any], stream: SensorStream, motion: BodyStream, log: Path, body: Path
+) -> None:
+    """Note stamps of both streams that do not fit each other, and rates that cannot be."""
+    own = body.name if body != log else "its body stream"
+    session.note(check_overlap(stream.time_s, motion.time_s, log.name, own))
+    moved = np.concatenate([motion.com_m, motion.com_acc_mps2], axis=1)
+    session.note(check_rates(stream.time_s, stream.readings, motion.time_s, moved, log.name))
 
 
 def _temperature(table: Table, stream: SensorStream, merged: Merged) -> FloatArray | None:

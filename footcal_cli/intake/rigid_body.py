@@ -142,10 +142,7 @@ class RigidBody:
         return Posture(com, momentum, feet_m, turned)
 
     def _configurations(
-        self,
-        base_m: FloatArray,
-        base_quaternion: FloatArray,
-        positions: Mapping[str, FloatArray],
+        self, base_m: FloatArray, base_quaternion: FloatArray, positions: Mapping[str, FloatArray]
     ) -> FloatArray:
         """Pinocchio's q of every row, shape (n, nq)."""
         q = np.empty((len(base_m), self.model.nq))

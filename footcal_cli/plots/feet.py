@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.style import AFTER, BEFORE, CELL_COLOURS, REFERENCE, new_figure, tidy
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 _MOST_SAMPLES = 4000
 _BINS = 60
 _TOGETHER_RAD = 0.5
-_AXES = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "Nm"), ("ty", "Nm"), ("tz", "Nm"))
+_AXES = tuple(zip(AXES, AXIS_UNITS, strict=True))
 
 
 def plot_feet(

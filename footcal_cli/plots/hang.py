@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.hang.binned import BinnedCom
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.parameters import FloatArray
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 _VIOLIN_POINTS = 100
 _VIOLIN_SAMPLES = 3000
-_AXES = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "Nm"), ("ty", "Nm"), ("tz", "Nm"))
+_AXES = tuple(zip(AXES, AXIS_UNITS, strict=True))
 _SEEN_MM = 50.0
 """A fitted CoM known worse than this is not drawn."""
 _SHOWN = {"before": BEFORE, "after": AFTER}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
@@ -27,10 +28,10 @@ from footcal_cli.plots.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _CHI2_95_2D = 5.991
-_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _MOST_POSES = 600
 
 
@@ -68,6 +69,15 @@ def plot_balance(stages: Mapping[str, FloatArray]) -> Figure:
 
 def plot_mounting(fit: PoseFit) -> Figure:
     """Hips from above, nominal and calibrated, errors enlarged; turns with intervals beside."""
+    figure = new_figure(4.6, width_in=9.5)
+    sketch, turns = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
+    _draw_hips(sketch, fit)
+    _draw_turns(turns, fit)
+    return figure
+
+
+def _draw_hips(sketch: Axes, fit: PoseFit) -> None:
+    """Hips from above: nominal in grey, calibrated in blue with the 95 % ellipse and the axes."""
     from matplotlib.patches import Ellipse
 
     legs, geometry = fit.geometry.legs, fit.geometry
@@ -77,8 +87,6 @@ def plot_mounting(fit: PoseFit) -> Figure:
     largest = float(np.abs(own[:, :2]).max()) or 1e-4
     enlarge = 10.0 ** np.floor(np.log10(0.06 / largest)) if largest < 0.06 else 1.0
     enlarge = float(np.clip(enlarge, 1.0, 100.0))
-    figure = new_figure(4.6, width_in=9.5)
-    sketch, turns = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
     rotvec = rotation_log(fit.mounting.turn_b)
     turn_scale = float(np.clip(0.3 / max(float(np.abs(rotvec).max()), 1e-4), 1.0, 10.0))
     for k, leg in enumerate(legs):
@@ -114,6 +122,11 @@ def plot_mounting(fit: PoseFit) -> Figure:
          f"shift of all hips together (not drawn): {together} mm",
          "x forward (mm)")  # fmt: skip
     sketch.yaxis.set_major_formatter(lambda metres, _: f"{1e3 * metres:.0f}".replace("-", "−"))
+
+
+def _draw_turns(turns: Axes, fit: PoseFit) -> None:
+    """Turns of each transducer about the body's axes with 95 % intervals."""
+    legs, rotvec = fit.geometry.legs, rotation_log(fit.mounting.turn_b)
     sd = np.sqrt(np.clip(np.diag(fit.covariance)[: 3 * len(legs)], 0, None)).reshape(-1, 3)
     places = np.arange(len(legs))[::-1]
     for a, name in enumerate("xyz"):
@@ -129,7 +142,6 @@ def plot_mounting(fit: PoseFit) -> Figure:
     turns.legend(
         fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3
     )
-    return figure
 
 
 def plot_leg_map(mapped: LegMap, legs: Sequence[str]) -> Figure:
@@ -181,7 +193,7 @@ def plot_offset_change(found: OffsetFit, legs: Sequence[str]) -> Figure:
     figure = new_figure(3.8)
     grid = figure.subplots(2, 3, sharey=True)
     places = np.arange(len(legs))[::-1]
-    for i, axis in enumerate(_AXES):
+    for i, axis in enumerate(AXES):
         axes = grid[i // 3][i % 3]
         axes.errorbar(
             found.change[:, i], places, xerr=1.96 * found.change_sd[:, i], fmt="o",

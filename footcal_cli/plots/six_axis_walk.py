@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
@@ -23,8 +24,6 @@ from footcal_cli.plots.words import capital
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 def plot_vertical(found: SixAxisReplay) -> Figure:
@@ -51,7 +50,7 @@ def plot_swing(found: SixAxisReplay) -> Figure:
     panels = figure.subplots(2, len(feet), sharey="row", squeeze=False)
     place = np.arange(3)
     for k, foot in enumerate(feet):
-        for row, (axes_names, unit) in enumerate(((_AXES[:3], "N"), (_AXES[3:], "Nm"))):
+        for row, (axes_names, unit) in enumerate(((AXES[:3], "N"), (AXES[3:], "Nm"))):
             axes = panels[row, k]
             for shift, colour, errors in (
                 (-0.18, BEFORE, found.before),
@@ -78,7 +77,7 @@ def plot_offsets(
     figure = new_figure(4.4)
     panels = figure.subplots(2, len(feet), sharex=True, squeeze=False)
     for k, foot in enumerate(feet):
-        for row, (axes_names, unit) in enumerate(((_AXES[:3], "N"), (_AXES[3:], "Nm"))):
+        for row, (axes_names, unit) in enumerate(((AXES[:3], "N"), (AXES[3:], "Nm"))):
             axes = panels[row, k]
             for colour, axis in zip(CELL_COLOURS, axes_names, strict=False):
                 i = track.names.index(f"{foot}.offset_{axis}")

@@ -129,10 +129,10 @@ def plot_vgrf(
     return figure
 
 
-def plot_path(found: Comparison, method: str, feet: Mapping[str, FootOutline]) -> Figure:
+def plot_path(found: Comparison, feet: Mapping[str, FootOutline]) -> Figure:
     """CoP under both feet in the foot frames, with the support outline and the cells."""
     cop_m = {
-        name: cop_in_foot(found, method, k, name, foot.cells_m)
+        name: cop_in_foot(found, "memory", k, name, foot.cells_m)
         for k, (name, foot) in enumerate(feet.items())
     }
     return plot_cop_in_feet(cop_m, feet)

@@ -64,8 +64,7 @@ class DiagnoseOptions(CommandOptions):
     """``[diagnose]`` of a recipe."""
 
     experiment: Annotated[
-        Kind,
-        Flag("weights, placements, stand, walk, hang, pose.", metavar="KIND"),
+        Kind, Flag("weights, placements, stand, walk, hang, pose.", metavar="KIND")
     ] = "weights"
     tolerance_n: Annotated[Limit, Flag("Smallest RMS error of a force that matters.")] = None
     tolerance_mm: Annotated[Positive, Flag("Smallest error of the centre of pressure.")] = 1.0
@@ -188,12 +187,10 @@ class OfflineFitOptions(CommandOptions):
     """``[offline_fit]`` of a recipe."""
 
     method: Annotated[
-        Literal["ordinary", "weighted", "robust"],
-        Flag("ordinary, weighted or robust regression."),
+        Literal["ordinary", "weighted", "robust"], Flag("ordinary, weighted or robust regression.")
     ] = "ordinary"
     models: Annotated[
-        Literal["auto", "affine"],
-        Flag("auto: beyond affine where held-out data ask for it"),
+        Literal["auto", "affine"], Flag("auto: beyond affine where held-out data ask for it")
     ] = "auto"
     prior: Annotated[bool, Flag(PRIOR)] = False
     most_degree: int = Field(default=3, ge=1, le=6)

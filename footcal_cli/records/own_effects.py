@@ -6,9 +6,8 @@ from typing import Literal
 
 from pydantic import Field
 
+from footcal_cli.core.log import ExperimentName
 from footcal_cli.records.models import Frozen
-
-Kind = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
 
 
 class OwnShape(Frozen):
@@ -35,6 +34,6 @@ class OwnEffect(Frozen):
     size: str = Field(default="k", pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
     bounds: tuple[float, float] | None = None
     per: Literal["cell", "foot", "leg", "robot"] = "cell"
-    experiments: tuple[Kind, ...] = ()
+    experiments: tuple[ExperimentName, ...] = ()
     shapes: dict[str, OwnShape] = Field(default_factory=dict)
     source: str = "the user's recipe"

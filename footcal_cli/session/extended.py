@@ -79,10 +79,7 @@ def extended(
 
 
 def extended_together(
-    session: Session[Any],
-    joint: JointDiagnosis,
-    cases: Sequence[Case],
-    table: Mapping[str, Effect],
+    session: Session[Any], joint: JointDiagnosis, cases: Sequence[Case], table: Mapping[str, Effect]
 ) -> ParametersRecord:
     """The calibration with the causes that all experiments agree on, at their common sizes."""
     given = session.parameters

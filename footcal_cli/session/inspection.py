@@ -24,7 +24,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
 from footcal_cli.session.spells import hanging_spells
-from footcal_cli.tables.columns import AXIS_COLUMNS, TableType
+from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION, TableType
 from footcal_cli.tables.table import Table
 
 _SLOWEST_LEGS_S, _SLOWEST_BENCH_S = 5.0, 60.0
@@ -318,8 +318,7 @@ def _legs(table: Table, robot: Robot) -> list[Finding]:
                 step = readings.resolution_of(values[:, alike])
                 found += readings.check_glitches(table.number(c)[at], stamps, label, step)
     if "body_qw" in table:
-        columns = [f"body_q{a}" for a in "xyzw"]
-        found += body_stream.check_quaternions(table.numbers(columns), "body_qx …")
+        found += body_stream.check_quaternions(table.numbers(QUATERNION), "body_qx …")
     return found
 
 

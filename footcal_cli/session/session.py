@@ -40,10 +40,7 @@ from footcal_cli.session.run_folder import (
     refuse_grown,
     whole_folder,
 )
-from footcal_cli.tables.table import (
-    digest,
-    refuse_wrong_units,
-)
+from footcal_cli.tables.table import digest, refuse_wrong_units
 from footcal_cli.tables.textfiles import shown
 
 if TYPE_CHECKING:

@@ -24,12 +24,7 @@ from footcal_cli.plots.weights import (
     plot_residuals,
     plot_scales,
 )
-from footcal_cli.records.results import (
-    ParametersRecord,
-    RmseRecord,
-    RmseRow,
-    VerdictRecord,
-)
+from footcal_cli.records.results import ParametersRecord, RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, number, plural
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import ladder, weights
@@ -162,12 +157,62 @@ def _largest_mean(fits: Sequence[AffineFit]) -> str:
 def _pictures(
     studies: Sequence[ChannelStudy], tolerance_n: float, *, climbed: bool
 ) -> tuple[Picture, ...]:
-    fits = [study.affine for study in studies]
-    worst = max(fits, key=lambda fit: fit.worst_n)
-    line = f"The straight line errs by at most {number(worst.worst_n, 2)} N ({worst.channel})."
-    low, high = (pick(fits, key=lambda fit: abs(fit.scale_n_per_count)) for pick in (min, max))
     recorded = any(study.samples is not None for study in studies)
-    pictures = [
+    recording = Picture(
+        "recordings", lambda: plot_recordings(studies),
+        "The recording: blue samples were used, the others not, and why.",
+        title="Recording, with the samples used and rejected",
+        result=lambda: _used(studies), zoom=True,
+    )  # fmt: skip
+    return (
+        *((recording,) if recorded else ()),
+        *(_model_pictures(studies) if climbed else ()),
+        *_line_pictures([study.affine for study in studies], tolerance_n, residuals=not recorded),
+    )
+
+
+def _model_pictures(studies: Sequence[ChannelStudy]) -> tuple[Picture, ...]:
+    """The straight line of each channel against the model that was chosen for it."""
+    worst = max((study.affine for study in studies), key=lambda fit: fit.worst_n)
+    models = {s.channel: s.ladder.model for s in studies if s.ladder is not None}
+    chosen = ", ".join(
+        f"{model} in {sum(m == model for m in models.values())}"
+        for model in dict.fromkeys(models.values())
+    )
+    return (
+        Picture(
+            "staircases", lambda: plot_staircases(studies),
+            "Residual against load of the straight line and, where another model was chosen, "
+            "of that model below it. A gap between loading and unloading is hysteresis or "
+            "creep, a common bend is nonlinearity.",
+            title="Residual against known load, loading and unloading",
+            result=f"The straight line errs by at most {number(worst.worst_n, 2)} N "
+            f"({worst.channel}).",
+        ),
+        Picture(
+            "ladder", lambda: plot_ladder(studies),
+            "Error of each model on sessions or loads that it was not fitted to; further left "
+            "is better, the filled one is in use.",
+            title="Held-out error of each model",
+            result=f"Chosen: {chosen} of {plural(len(models), 'channel')}.",
+        ),
+    )  # fmt: skip
+
+
+def _line_pictures(
+    fits: Sequence[AffineFit], tolerance_n: float, *, residuals: bool
+) -> tuple[Picture, ...]:
+    """The straight lines of all channels, and their residuals where asked."""
+    low, high = (pick(fits, key=lambda fit: abs(fit.scale_n_per_count)) for pick in (min, max))
+    left = Picture(
+        "residuals", lambda: plot_residuals(fits, tolerance_n),
+        "Mean residual at each known load, one line per cell; lines that bend together "
+        "share a cause. Blue band: the tolerance.",
+        title="Residual of the straight line against known load",
+        result=lambda: _largest_mean(fits),
+    )  # fmt: skip
+    return (
+        *((left,) if residuals else ()),
         Picture(
             "loads_against_counts", lambda: plot_loads_against_counts(fits, tolerance_n),
             "Known load against raw reading with the fitted line, and the error below it; orange "
@@ -180,51 +225,7 @@ def _pictures(
                 "Cells of one type should have scales that agree.",
             title="Scales of all cells",
             result=_scales(low, high)),
-    ]  # fmt: skip
-    if not recorded:
-        pictures.insert(
-            0,
-            Picture(
-                "residuals", lambda: plot_residuals(fits, tolerance_n),
-                "Mean residual at each known load, one line per cell; lines that bend together "
-                "share a cause. Blue band: the tolerance.",
-                title="Residual of the straight line against known load",
-                result=_largest_mean(fits),
-            ),
-        )  # fmt: skip
-    if climbed:
-        models = {s.channel: s.ladder.model for s in studies if s.ladder is not None}
-        chosen = ", ".join(
-            f"{model} in {sum(m == model for m in models.values())}"
-            for model in dict.fromkeys(models.values())
-        )
-        pictures[:0] = [
-            Picture(
-                "staircases", lambda: plot_staircases(studies),
-                "Residual against load of the straight line and, where another model was chosen, "
-                "of that model below it. A gap between loading and unloading is hysteresis or "
-                "creep, a common bend is nonlinearity.",
-                title="Residual against known load, loading and unloading", result=line,
-            ),
-            Picture(
-                "ladder", lambda: plot_ladder(studies),
-                "Error of each model on sessions or loads that it was not fitted to; further left "
-                "is better, the filled one is in use.",
-                title="Held-out error of each model",
-                result=f"Chosen: {chosen} of {plural(len(models), 'channel')}.",
-            ),
-        ]  # fmt: skip
-    if recorded:
-        pictures.insert(
-            0,
-            Picture(
-                "recordings", lambda: plot_recordings(studies),
-                "The recording: blue samples were used, the others not, and why.",
-                title="Recording, with the samples used and rejected",
-                result=lambda: _used(studies), zoom=True,
-            ),
-        )  # fmt: skip
-    return tuple(pictures)
+    )  # fmt: skip
 
 
 def _scales(low: AffineFit, high: AffineFit) -> str:

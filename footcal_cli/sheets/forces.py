@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.intake.forces import SeenForces
-from footcal_cli.plots.forces import (
-    FootOutline,
-    along_the_foot,
-    plot_cop_in_feet,
-    plot_forces,
-)
+from footcal_cli.plots.forces import FootOutline, along_the_foot, plot_cop_in_feet, plot_forces
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import RmseRecord, VerdictRecord
 from footcal_cli.report import Picture, Sheet, number

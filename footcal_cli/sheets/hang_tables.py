@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.hang.joint import HangFit
-from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.study.stepwise import StepwiseFit
@@ -82,12 +82,7 @@ def parameter_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
     rows = []
     for leg, estimates in chosen.items():
         names = ["weight", *(f"offset_{axis}" for axis in AXES)]
-        rows.append(
-            (
-                leg,
-                *(_shown(estimates, f"{leg}.{name}") for name in names),
-            )
-        )
+        rows.append((leg, *(_shown(estimates, f"{leg}.{name}") for name in names)))
     return Sheet(
         f"Offsets and {thing} weight",
         (sensor_of(thing), "weight (N)", "fx (N)", "fy (N)", "fz (N)", "tx (Nm)", "ty (Nm)",
@@ -134,9 +129,7 @@ def com_sheet(chosen: Mapping[str, Estimates], thing: str) -> Sheet:
 
 
 def method_sheets(
-    fits: Mapping[str, HangFit],
-    others: Mapping[str, Mapping[str, StepwiseFit]],
-    thing: str,
+    fits: Mapping[str, HangFit], others: Mapping[str, Mapping[str, StepwiseFit]], thing: str
 ) -> tuple[Sheet, ...]:
     """The paper's stepwise method and the naive one beside the joint fit."""
     if not others:

@@ -136,10 +136,7 @@ def _columns(table: Table) -> list[str]:
 
 
 def _marks(values: FloatArray, column: str, robot: Robot) -> Mapping[str, BoolArray]:
-    marks = {
-        "single sample far off": find_glitches(values),
-        "lost": ~np.isfinite(values),
-    }
+    marks = {"single sample far off": find_glitches(values), "lost": ~np.isfinite(values)}
     if column.endswith("_counts"):
         marks["end code"] = find_end_codes(values, robot.adc.bits)
         marks["frozen"] = find_frozen(values)

@@ -168,6 +168,14 @@ def sheets_of(found: SixAxisReplay) -> tuple[Sheet, ...]:
 
 def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
     """What does not fit this robot's model."""
+    yield from _jumped(found)
+    yield from _badly_explained(found)
+    yield from _differing_body(found)
+    yield from _scales_off(found)
+    yield from found.consistency.findings()
+
+
+def _jumped(found: SixAxisReplay) -> Iterator[Finding]:
     for jump in found.jumps:
         yield Finding(
             "offset_jump", "alarm" if jump.sure else "note", jump.name,
@@ -175,6 +183,10 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
             f"{jump.onset_s:.2f} s (proved {jump.found_s - jump.onset_s:.2f} s later)",
             "check the transducer's cable and screws; before and after are calibrated apart",
         )  # fmt: skip
+
+
+def _badly_explained(found: SixAxisReplay) -> Iterator[Finding]:
+    """What the motion of the body explains badly: repeated errors, a delay, too poor a demand."""
     widened = max(found.inflated * found.repeated[0], found.inflated * found.repeated[1])
     if widened > _WIDENED:
         yield Finding(
@@ -210,6 +222,10 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
             "were left at 1, a regression on so poor a demand would pull them to zero",
             "log the CoM from a better model, or an IMU; or set scales = true",
         )  # fmt: skip
+
+
+def _differing_body(found: SixAxisReplay) -> Iterator[Finding]:
+    """A mass and a CoM that are not the model's."""
     model = float(found.merged.log.known["mass_kg"][0])
     mass, sd = _column(found, MASS_STATE) if MASS_STATE in found.estimates.names else (0.0, 0.0)
     if abs(mass) > max(_SURPRISING_SHARE * model, 3 * sd):
@@ -227,6 +243,9 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
                 f"the CoM lies {1e3 * value:+.0f} ± {1e3 * sd:.0f} mm in {axis} from the model's",
                 "correct the masses in the model, or level the IMU: they look alike here",
             )  # fmt: skip
+
+
+def _scales_off(found: SixAxisReplay) -> Iterator[Finding]:
     for name, value, sd in zip(
         found.estimates.names, found.estimates.values, found.estimates.sd, strict=True
     ):
@@ -237,7 +256,6 @@ def findings_of(found: SixAxisReplay) -> Iterator[Finding]:
                 f"reads {100 * value:+.1f} ± {100 * sd:.1f} % too little",
                 "check the transducer's calibration matrix and its axes",
             )  # fmt: skip
-    yield from found.consistency.findings()
 
 
 def rmse_of(found: SixAxisReplay) -> RmseRecord:

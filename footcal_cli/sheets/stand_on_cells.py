@@ -41,39 +41,17 @@ def outcome_of(
     seen = fit.observability
     shared_nm = float(np.abs(rows.shared).max(initial=0.0))
     verdict = sheets.verdict_of(fit, errors, menu, weighed, shared_nm)
-    pictures = [
+    drawn = (
         sheets.directions_picture(seen),
         sheets.beliefs_picture(
             rows, value, sd, status,
             "Change of each gain and bias by standing, in units of its prior sd; band: ± 2 sd.",
         ),
-    ]  # fmt: skip
-    if errors[0].vgrf_n.size > 1:
-        pictures.insert(
-            0,
-            Picture(
-                "stances", lambda: plot_stances(errors),
-                "Error of each stance before and after, and by least squares without a prior.",
-                title="Error of each stance before and after",
-                result=verdict.sentence,
-            ),
-        )  # fmt: skip
-    if curve:
-        pictures.insert(
-            0,
-            Picture(
-                "curve", lambda: plot_curve(curve),
-                "CoP error on the next, held-out stance after one, two, five … stances: with the "
-                "prior it falls; without a prior, least squares needs many stances.",
-                title="Error on the next stance against the number of stances",
-                result=f"After {curve[-1].stances} stances {1e3 * curve[-1].after_m:.2g} mm, with "
-                f"the prior alone {1e3 * curve[-1].before_m:.2g} mm.",
-            ),
-        )  # fmt: skip
+    )  # fmt: skip
     return Outcome(
         title=f"Standing calibration of {robot}",
         verdict=verdict,
-        pictures=tuple(pictures),
+        pictures=(*_error_pictures(errors, curve, verdict.sentence), *drawn),
         sheets=(
             sheets.beliefs_sheet(rows.names, rows.units, value, sd, rows.prior_sd, status, _NOTE),
             sheets.directions_sheet(seen),
@@ -89,6 +67,34 @@ def outcome_of(
         ),
         rmse=sheets.rmse_of(errors, quiet),
     )
+
+
+def _error_pictures(
+    errors: Sequence[StanceErrors], curve: Sequence[CurvePoint], sentence: str
+) -> tuple[Picture, ...]:
+    """Errors on the next stance and on each, as far as there are several."""
+    pictures = []
+    if curve:
+        pictures.append(
+            Picture(
+                "curve", lambda: plot_curve(curve),
+                "CoP error on the next, held-out stance after one, two, five … stances: with the "
+                "prior it falls; without a prior, least squares needs many stances.",
+                title="Error on the next stance against the number of stances",
+                result=f"After {curve[-1].stances} stances {1e3 * curve[-1].after_m:.2g} mm, with "
+                f"the prior alone {1e3 * curve[-1].before_m:.2g} mm.",
+            )
+        )  # fmt: skip
+    if errors[0].vgrf_n.size > 1:
+        pictures.append(
+            Picture(
+                "stances", lambda: plot_stances(errors),
+                "Error of each stance before and after, and by least squares without a prior.",
+                title="Error of each stance before and after",
+                result=sentence,
+            )
+        )  # fmt: skip
+    return tuple(pictures)
 
 
 def _worth(rows: StanceRows) -> str:

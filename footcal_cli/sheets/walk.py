@@ -209,19 +209,28 @@ def pictures_of(
     span_s: tuple[float, float] | None = None,
 ) -> tuple[Picture, ...]:
     """All figures; CoP and force over `span_s`, or the last seconds."""
-    track, memory = found.memory.track, found.memory
     feet = {
         name: FootOutline(cells, robot.feet[name].outline_m)
         for name, cells in zip(robot.feet, cells_in_feet(robot), strict=True)
     }
+    path = Picture(
+        "path", lambda: plots.plot_path(found, feet),
+        "CoP under each foot with its cells and outline; where there is no contact there "
+        "is no point.",
+        title="Path of the centre of pressure under each foot",
+        result=lambda: _paths(found, feet),
+    )  # fmt: skip
+    return (*_errors_drawn(found, span_s), path, *_tracks_drawn(found), *_sensitivity_drawn(curves))
+
+
+def _errors_drawn(found: Comparison, span_s: tuple[float, float] | None) -> tuple[Picture, ...]:
+    """CoP and vertical force by each method, and their errors cycle by cycle."""
     judged = [m for m in SHOWN if m in found.replayed]
     drawn = tuple(m for m in ("static", "window", "memory") if m in found.replayed)
     if len(drawn) == 1:
         drawn = ("before", *drawn)
     against = AGAINST[found.best_reference]
-    states = [n for n in STATE_UNITS if n in track.names]
-    states += [n for n in track.names if n.endswith(("plate_weight", "plate_mass"))]
-    pictures = [
+    return (
         Picture("cop", lambda: plots.plot_cop(found, drawn, span_s),
                 f"Left: centre of pressure; thickest line: {against}. Right: method − {against}; "
                 f"{drawn[0]} is left out there, its error would hide the others (compare Figs. 10, "
@@ -235,14 +244,25 @@ def pictures_of(
             title="Vertical force by method", result=_by_method(found, judged, "vgrf", 1.0, "N"),
             zoom=True),
         Picture("cycles", lambda: plots.plot_cycles(found, judged),
-                f"Error of every gait cycle against {AGAINST[found.best_reference]}.",
+                f"Error of every gait cycle against {against}.",
             title="Error per gait cycle by method",
             result=_by_method(found, judged, "cop", 1e3, "mm"), zoom=True),
-        Picture("path", lambda: plots.plot_path(found, "memory", feet),
-                "CoP under each foot with its cells and outline; where there is no contact there "
-                "is no point.",
-            title="Path of the centre of pressure under each foot",
-            result=lambda: _paths(found, feet)),
+    )  # fmt: skip
+
+
+def _tracks_drawn(found: Comparison) -> tuple[Picture, ...]:
+    """What was estimated along the walk."""
+    track, memory = found.memory.track, found.memory
+    states = [n for n in STATE_UNITS if n in track.names]
+    states += [n for n in track.names if n.endswith(("plate_weight", "plate_mass"))]
+    found_first = {"robot.delay": memory.delay_s}
+    errors = Picture(
+        "states", lambda: plots.plot_states(track, states, STATE_UNITS, found_first),
+        "Estimated errors of the body stream and the feet.",
+        title="Errors of the body stream along the walk",
+        result=lambda: _states_at_end(track, states, found_first), zoom=True,
+    )  # fmt: skip
+    return (
         Picture("parameters", lambda: plots.plot_parameters(track, memory.jumps, ("bias", "gain")),
                 "Every cell's bias and gain on top of the prior with ± 2 sd; dashed: a jump.",
             title="Bias and gain of each cell along the walk",
@@ -253,25 +273,19 @@ def pictures_of(
             title="Innovations in units of their predicted sd",
             result=lambda: plots.within_band(track, 3),
             zoom=True),
-    ]  # fmt: skip
-    if states:
-        found_first = {"robot.delay": memory.delay_s}
-        pictures.append(
-            Picture("states", lambda: plots.plot_states(track, states, STATE_UNITS, found_first),
-                    "Estimated errors of the body stream and the feet.",
-                title="Errors of the body stream along the walk",
-                result=lambda: _states_at_end(track, states, found_first), zoom=True)
-        )  # fmt: skip
-    if curves:
-        pictures.append(
-            Picture("sensitivity", lambda: plots.plot_sensitivity(curves),
-                    "How much each weight and noise matters (NAO CoP self-calibration, section "
-                    "3.3.2), the first "
-                    "5 s left out.",
-                title="Sensitivity to weights and noise settings",
-                result=lambda: _most_sensitive(curves))
-        )  # fmt: skip
-    return tuple(pictures)
+        *((errors,) if states else ()),
+    )  # fmt: skip
+
+
+def _sensitivity_drawn(curves: Sequence[tuple[str, Sensitivity]]) -> tuple[Picture, ...]:
+    picture = Picture(
+        "sensitivity", lambda: plots.plot_sensitivity(curves),
+        "How much each weight and noise matters (NAO CoP self-calibration, section 3.3.2), the "
+        "first 5 s left out.",
+        title="Sensitivity to weights and noise settings",
+        result=lambda: _most_sensitive(curves),
+    )  # fmt: skip
+    return (picture,) if curves else ()
 
 
 def _by_method(

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
+from footcal_cli.sniff.names import Quantity
 
 _FLICKERS = 0.05
 """How much a display moves within a file, in spans of what it shows in all of them."""
@@ -30,16 +31,16 @@ def displayed(group: Sequence[FileGuess]) -> bool:
 
 def without_display(file: FileGuess) -> FileGuess:
     """A log whose load is what a display showed: the names of files are believed."""
-    why = "a display: the files' names say what was put on"
-    return replace(file, columns=tuple(
-        c.as_quantity("other", "likely", why) if c.quantity == "load" else c for c in file.columns
-    ))  # fmt: skip
+    return _with_load_as(file, "other", "a display: the files' names say what was put on")
 
 
 def as_reading(file: FileGuess) -> FileGuess:
     """A log whose only load is what was read."""
-    why = "a load in every file, whose names say others"
+    return _with_load_as(file, "reading", "a load in every file, whose names say others")
+
+
+def _with_load_as(file: FileGuess, quantity: Quantity, why: str) -> FileGuess:
     return replace(file, columns=tuple(
-        c.as_quantity("reading", "likely", why) if c.quantity == "load" else c
+        c.as_quantity(quantity, "likely", why) if c.quantity == "load" else c
         for c in file.columns
     ))  # fmt: skip

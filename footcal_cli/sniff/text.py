@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gzip
 import re
-import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -36,7 +34,7 @@ from footcal_cli.tables.foreign import (
     kind_of_records,
 )
 from footcal_cli.tables.reading import BLANKS, Layout
-from footcal_cli.tables.textfiles import regular_file, unreadable
+from footcal_cli.tables.textfiles import first_bytes, regular_file
 
 _MOST = 2**20
 """Bytes that are looked at."""
@@ -268,12 +266,7 @@ def _to_be_converted(kind: str, path: Path) -> DataError:
 def _decoded(path: Path) -> tuple[str, str]:
     """The first part of a text and its encoding."""
     regular_file(path)
-    opener = gzip.open if path.suffix.lower() == ".gz" else open
-    try:
-        with opener(path, "rb") as stream:
-            content: bytes = stream.read(_MOST)
-    except (OSError, EOFError, zlib.error) as error:
-        raise unreadable(path, error) from None
+    content = first_bytes(path, _MOST)
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content[: len(content) // 2 * 2].decode("utf-16", errors="ignore"), "utf-16"
     if content[:1] != b"\0":

@@ -88,10 +88,10 @@ def _anatomical(names: Sequence[str]) -> list[str]:
 
 
 def _labelled(name: str, pivot: Pivot) -> str:
-    label = next((x for x in pivot.labels if name.startswith(f"{x}.")), "")
-    own = name_guess(name.removeprefix(f"{label}."))
+    label, column = pivot.parts_of(name)
+    own = name_guess(column)
     if not label or own.quantity not in ("reading", "unknown", "other"):
         return name
     if own.quantity == "other":
-        return name.removeprefix(f"{label}.")
+        return column
     return label if name_guess(label).quantity != "unknown" and own.unit is None else name

@@ -50,11 +50,6 @@ class ReadColumn:
     as_written: tuple[float, float] | None
     as_read: tuple[float, float] | None
 
-    @property
-    def converted(self) -> bool:
-        """Whether another unit became the canonical one."""
-        return self.factor is not None
-
 
 def is_reading(spec: Column) -> bool:
     """Whether a column is the raw reading of a cell."""

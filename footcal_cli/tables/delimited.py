@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import csv
-import gzip
 import io
 import re
 import warnings
-import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -21,7 +19,7 @@ from footcal_cli.errors import DataError
 from footcal_cli.tables.carried import Carried, carried_names
 from footcal_cli.tables.drawn import is_rule, undrawn, with_plain_numbers
 from footcal_cli.tables.reading import BLANKS, Layout
-from footcal_cli.tables.textfiles import short, unreadable
+from footcal_cli.tables.textfiles import first_bytes, short, unreadable
 
 if TYPE_CHECKING:  # imported where it is used: a refusal does not wait for it
     import pandas as pd
@@ -262,12 +260,7 @@ def _as_numbers(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
 
 def _bytes(path: Path) -> bytes:
     """A text log's content, unpacked."""
-    opener = gzip.open if path.suffix.lower() == ".gz" else open
-    try:
-        with opener(path, "rb") as stream:
-            content: bytes = stream.read(MOST_BYTES + 1)
-    except (OSError, EOFError, zlib.error) as error:
-        raise unreadable(path, error) from None
+    content = first_bytes(path, MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise DataError(
             f"more than {MOST_BYTES / 1024**3:.0f} GB of text", file=path,
@@ -277,13 +270,7 @@ def _bytes(path: Path) -> bytes:
 
 
 def _csv_header(path: Path) -> list[str]:
-    opener = gzip.open if path.suffix.lower() == ".gz" else open
-    try:
-        with opener(path, "rb") as stream:
-            start: bytes = stream.read(_LONGEST_HEADER)
-    except (OSError, EOFError, zlib.error) as error:
-        raise unreadable(path, error) from None
-    start = before_power_was_lost(start)
+    start = before_power_was_lost(first_bytes(path, _LONGEST_HEADER))
     end = start.find(b"\n")
     if end < 0 and len(start) == _LONGEST_HEADER:
         raise DataError(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.parameters import BoolArray, IntArray
+from footcal_cli.core.parameters import IntArray
 from footcal_cli.errors import DataError
 from footcal_cli.tables.delimited import text_names, text_table
 from footcal_cli.tables.pivot import own_names, pivoted, pivoted_names
@@ -193,7 +193,7 @@ def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     kind = column.type
     empty = np.asarray(column.is_null().to_numpy(zero_copy_only=False), dtype=np.bool_)
     if pa.types.is_integer(kind) and empty.any():
-        _exact(column, empty, name, path)
+        _exact(column, name, path)
     if pa.types.is_integer(kind) or pa.types.is_floating(kind):
         return RawColumn("number", column.to_numpy(zero_copy_only=False), empty)
     if pa.types.is_decimal(kind):
@@ -218,7 +218,7 @@ def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
     )  # fmt: skip
 
 
-def _exact(column: pa.ChunkedArray, empty: BoolArray, name: str, path: Path) -> None:
+def _exact(column: pa.ChunkedArray, name: str, path: Path) -> None:
     """Refuse integers beside empty cells that a float would round."""
     values = column.fill_null(0).to_numpy(zero_copy_only=False)
     large = (values > _EXACT) | (values < -_EXACT if values.dtype.kind == "i" else False)

@@ -11,13 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from footcal_cli.tables.delimited import frame_of
-from footcal_cli.tables.logfiles import (
-    is_parquet,
-    of_arrow,
-    of_series,
-    parquet_file,
-    raw_columns,
-)
+from footcal_cli.tables.logfiles import is_parquet, of_arrow, of_series, parquet_file, raw_columns
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.textfiles import unreadable
 

@@ -43,8 +43,7 @@ def own_names(names: Sequence[str], pivot: Pivot) -> list[str]:
     """Columns of the file that some columns of the turned table are made of."""
     found = dict.fromkeys((*pivot.by, *((pivot.at,) if pivot.at else ())))
     for name in names:
-        label = next((x for x in pivot.labels if name.startswith(f"{x}.")), "")
-        found[name.removeprefix(f"{label}.") if label else name] = None
+        found[pivot.parts_of(name)[1]] = None
     return list(found)
 
 
@@ -89,8 +88,8 @@ def pivoted(
     lines = None if lines is None else lines[base]
     found: dict[str, RawColumn] = {}
     for name in names:
-        label = next((x for x in pivot.labels if name.startswith(f"{x}.")), "")
-        column = raw[name.removeprefix(f"{label}.") if label else name]
+        label, column_name = pivot.parts_of(name)
+        column = raw[column_name]
         own = rows[label or first]
         if label in ("", first) or not pivot.at:
             values, empty = column.values[own], column.empty[own]

@@ -73,7 +73,7 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
     known = set(header)
     columns = {name: place for name, place in reading.columns.items() if name not in canonical}
     for spec in table.columns:
-        own = _own_names(spec, header, known)
+        own = _own_names(spec, known)
         if spec.name in columns:
             place = columns[spec.name]
             if not place.in_file:
@@ -162,7 +162,7 @@ def _unit_in_name(column: str, spec: Column) -> str | None:
     return f"{end}{NOT_SAID}" if doubtful else end
 
 
-def _own_names(spec: Column, header: Sequence[str], known: set[str]) -> dict[str, str | None]:
+def _own_names(spec: Column, known: set[str]) -> dict[str, str | None]:
     """Names in a file that are the canonical one, or its stem with another unit; with the unit."""
     own: dict[str, str | None] = {spec.name: spec.unit} if spec.name in known else {}
     if spec.suffix is None:

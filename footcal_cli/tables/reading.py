@@ -100,6 +100,11 @@ class Pivot:
     labels: tuple[str, ...]
     at: str = ""
 
+    def parts_of(self, name: str) -> tuple[str, str]:
+        """The label of a column of the turned table, empty without one, and the file's column."""
+        label = next((x for x in self.labels if name.startswith(f"{x}.")), "")
+        return label, name.removeprefix(f"{label}.")
+
 
 @dataclass(frozen=True)
 class Layout:

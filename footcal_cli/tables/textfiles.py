@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
 import stat
+import zlib
 from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
@@ -74,6 +76,23 @@ def read_text(path: Path, *, at_most: int) -> str:
 def short(text: str, at_most: int = 60) -> str:
     """A text of the file that can stand in one line."""
     return text if len(text) <= at_most else text[: at_most - 1] + "…"
+
+
+def first_bytes(path: Path, most: int) -> bytes:
+    """The first bytes of a text, unpacked; fewer where it is shorter.
+
+    Raises
+    ------
+    DataError
+        Truncated or damaged.
+    """
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    try:
+        with opener(path, "rb") as stream:
+            content: bytes = stream.read(most)
+    except (OSError, EOFError, zlib.error) as error:
+        raise unreadable(path, error) from None
+    return content
 
 
 def unreadable(path: Path, error: Exception) -> Exception:

@@ -19,13 +19,7 @@ from footcal_cli.core.online.passes import Pass
 from footcal_cli.core.online.rows import cell_rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.study.window import (
-    Weights,
-    WindowRule,
-    _Problem,
-    run_window,
-    run_window_fast,
-)
+from footcal_cli.core.study.window import Weights, WindowRule, _Problem, run_window, run_window_fast
 from tests.benchmarks import limits
 from tests.benchmarks.limits import pointer, real, whole
 from tests.core.walk_data import Errors, make_walk, record

@@ -11,8 +11,6 @@ from footcal_cli.core.study.window import WindowTrack
 from tests.benchmarks.contenders import Contender, contenders
 from tests.benchmarks.limits import compiler
 
-SLOW_TO_CONVERGE = "SciPy"
-
 
 @pytest.fixture(scope="module")
 def groups() -> dict[str, dict[str, Callable[[], object]]]:

@@ -18,6 +18,7 @@ from footcal_cli.records.results import (
     RunRecord,
     TruthRecord,
 )
+from tests.cli.test_diagnose_together import BRIDGES, loaded_together, under_wrenches
 from tests.conftest import Run, drawing
 from tests.core.bench_data import Staircase
 
@@ -296,31 +297,18 @@ def test_what_the_run_was_asked_stands_in_the_run_record(bench_run: Path) -> Non
     assert options["plateaus"]["min_hold_s"] == 3.0
 
 
-def together(folder: Path, crosstalk: float) -> Path:
-    """Two cells in thirty load cases, three repeats each."""
-    rng = np.random.default_rng(1)
-    loads = np.repeat(rng.uniform(0, 40, (30, 2)), 3, axis=0)
-    shown = loads + crosstalk * loads[:, ::-1] + 0.03 * rng.normal(size=loads.shape)
-    frame = pd.DataFrame(np.rint((shown - 280.0) / -3.4e-5), columns=["a_counts", "b_counts"])
-    frame[["a_load_n", "b_load_n"]] = loads
-    frame["case"] = [f"case {i // 3}" for i in range(90)]
-    path = folder / "together.csv"
-    frame.to_csv(path, index=False)
-    return path
-
-
 @pytest.mark.usefixtures("drawn")
 @pytest.mark.parametrize(("crosstalk", "words"), [(0.02, "cells are coupled"), (0.0, "No crosst")])
 def test_cells_loaded_together_give_a_matrix_only_where_it_pays(
     run: Run, tmp_path: Path, crosstalk: float, words: str
 ) -> None:
-    recipe = tmp_path / "r.toml"
-    recipe.write_text('[robot]\nchannels = ["a", "b"]\n')
-    out = tmp_path / "out"
-    answer = run("offline-fit", together(tmp_path, crosstalk), "--recipe", recipe, "--out", out)
+    log, out = loaded_together(tmp_path, crosstalk), tmp_path / "out"
+    answer = run("offline-fit", log, "--recipe", tmp_path / "together.toml", "--out", out)
     assert answer.exit_code == 0, answer.err
     assert words in answer.out
-    found = read_record(ParametersRecord, out / "parameters.json").parameters["a.scale_from_b"]
+    found = read_record(ParametersRecord, out / "parameters.json").parameters[
+        "foot_a.scale_from_foot_b"
+    ]
     if crosstalk:
         truth = -3.4e-5 * -crosstalk / (1 - crosstalk**2)
         assert found.sd is not None
@@ -331,23 +319,14 @@ def test_cells_loaded_together_give_a_matrix_only_where_it_pays(
 
 
 def test_a_six_axis_sensor_against_known_wrenches(run: Run, tmp_path: Path) -> None:
-    rng = np.random.default_rng(2)
-    axes = ["fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm"]
-    bridges = [f"g{i}" for i in range(6)]
-    truth = np.diag([0.01] * 6) + 0.002 * rng.normal(size=(6, 6))
-    wrench = rng.uniform(-1, 1, (80, 6)) * [40, 40, 80, 4, 4, 4]
-    counts = wrench @ np.linalg.inv(truth).T + 2.0 * rng.normal(size=(80, 6))
-    frame = pd.DataFrame(counts, columns=[f"{b}_counts" for b in bridges])
-    frame[[f"known_{axis}" for axis in axes]] = wrench
-    log, recipe = tmp_path / "sensor.csv", tmp_path / "r.toml"
-    frame.to_csv(log, index=False)
-    recipe.write_text(f"[robot]\nchannels = {bridges}\n[offline_fit]\nknown_wrench = true\n")
+    log, truth = under_wrenches(tmp_path)
+    recipe = log.with_suffix(".toml")
     answer = run("offline-fit", log, "--recipe", recipe, "--out", tmp_path / "out")
     assert answer.exit_code == 0, answer.err
     record = read_record(ParametersRecord, tmp_path / "out/parameters.json")
     matrix = [
-        [record.parameters[f"{axis.split('_')[0]}.scale_from_{b}"].value for b in bridges]
-        for axis in axes
+        [record.parameters[f"{axis}.scale_from_{bridge}"].value for bridge in BRIDGES]
+        for axis in ("fx", "fy", "fz", "tx", "ty", "tz")
     ]
     np.testing.assert_allclose(matrix, truth, atol=2e-4)
     assert record.parameters["tz.scale_from_g3"].unit == "Nm/count"

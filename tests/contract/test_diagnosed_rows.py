@@ -28,8 +28,7 @@ def answered(experiment: str, name: str) -> tuple[Investigation, float]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("experiment", "name"),
-    [("weights", "creep_slow"), ("placements", "load_bypass")],
+    ("experiment", "name"), [("weights", "creep_slow"), ("placements", "load_bypass")]
 )
 def test_a_size_is_stated_for_every_shape_that_no_refit_moves(experiment: str, name: str) -> None:
     """A time constant beyond the pauses, the load between two weights at which a stop touches."""

@@ -18,7 +18,7 @@ from footcal_cli.core.bench.terms import creep, effect_term, hysteresis
 from footcal_cli.core.effects import TABLE
 from tests.core.bench_data import Staircase
 from tests.core.test_bench_ladder import CELL, covered, record
-from tests.core.test_placements import bench, rmse
+from tests.core.test_placements import bench, half_width_m, rmse
 
 pytestmark = pytest.mark.slow
 LEVEL = (0.93, 0.97)
@@ -111,7 +111,7 @@ def test_table_3_with_spread(crosstalk: float, position_m: float) -> None:
             )
         chosen = study.chosen
         error = np.abs(chosen.fit.cop_m(new) - new.hole_m)[new.valid]
-        inside.append(np.mean(error < chosen.cop_half_width_m(new)[new.valid]))
+        inside.append(np.mean(error < half_width_m(chosen, new)[new.valid]))
     print(crosstalk, position_m, dict(verdicts), "cover", np.mean(inside))  # noqa: T201
     for name, values in rows_of.items():
         mean, sd = np.mean(values, axis=0), np.std(values, axis=0, ddof=1)

@@ -17,7 +17,7 @@ import typer
 
 from footcal_cli.app import COMMANDS, function_of, main
 from footcal_cli.commands import option_tables
-from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.recipe import read_recipe
 from tests.conftest import REPOSITORY
 

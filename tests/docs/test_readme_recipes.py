@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.effects.calibration import AXES
 from tests.conftest import REPOSITORY
 from tests.docs.test_documents import blocks, shell
 

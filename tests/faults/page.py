@@ -37,10 +37,7 @@ _COUNTED = {
 
 
 def write_page(
-    outcomes: Sequence[Outcome],
-    planned: Sequence[str],
-    page: Path,
-    before: Sequence[Outcome] = (),
+    outcomes: Sequence[Outcome], planned: Sequence[str], page: Path, before: Sequence[Outcome] = ()
 ) -> None:
     """Write the page.
 

@@ -222,11 +222,7 @@ def converted(robot: Hexapod, wrench: Array) -> Array:
 
 
 def poses(
-    seed: int,
-    *,
-    count: int = 120,
-    slow_share: float | None = None,
-    noise: float = 1.0,
+    seed: int, *, count: int = 120, slow_share: float | None = None, noise: float = 1.0
 ) -> Recorded:
     """Standing still in `count` poses on uneven ground, every third on a tripod.
 

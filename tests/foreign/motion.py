@@ -13,13 +13,7 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from tests.foreign.biped import (
-    GRAVITY_MPS2,
-    Biped,
-    angles_of,
-    leg_points,
-    link_centres,
-)
+from tests.foreign.biped import GRAVITY_MPS2, Biped, angles_of, leg_points, link_centres
 from tests.foreign.noise import Array, Rng, slow
 
 Derive = Callable[[Array], Array]

@@ -39,12 +39,7 @@ from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from footcal_cli.core.simulation.plans import Plans, Spread
 from footcal_cli.core.simulation.recorded import motion_columns
 from footcal_cli.core.simulation.robots import Biped
-from footcal_cli.core.simulation.scenario import (
-    EffectRequest,
-    Scenario,
-    calibration,
-    simulate,
-)
+from footcal_cli.core.simulation.scenario import EffectRequest, Scenario, calibration, simulate
 from footcal_cli.core.study.sensitivity import window_sensitivity
 from footcal_cli.core.study.walk import PaperMethods
 from footcal_cli.core.study.window import Weights, WindowRule, run_window

@@ -18,6 +18,7 @@ from tests.strangers.rigs import (
     cell,
     rows,
     settling,
+    sheet_under,
     steps,
     tool_truth,
     truth_of,
@@ -28,51 +29,44 @@ from tests.strangers.rigs import (
 LB = 4.4482216152605
 
 
-def _sheet(to: Path, rng: Rng, head: str, encoding: str = "utf-8") -> Made:
-    """Kilograms and counts, semicolons, decimal commas."""
-    one, kg = cell(rng), steps((0, 0.5, 1, 2), 4)
-    body = [x.replace(".", ",") for x in rows(kg, one.read(kg * G, rng), sep=";")]
-    return Made([write(to / "cal.csv", [head, *body], encoding)], truth_of(one))
-
-
 def spanish(to: Path, rng: Rng) -> Made:
     """A sheet in Spanish."""
-    return _sheet(to, rng, "Peso (kg);Lectura", "latin-1")
+    return sheet_under(to, rng, "Peso (kg);Lectura", "latin-1")
 
 
 def portuguese(to: Path, rng: Rng) -> Made:
     """A sheet in Portuguese."""
-    return _sheet(to, rng, "Massa (kg);Leitura")
+    return sheet_under(to, rng, "Massa (kg);Leitura")
 
 
 def turkish(to: Path, rng: Rng) -> Made:
     """A sheet in Turkish, its code page."""
-    return _sheet(to, rng, "Ağırlık (kg);Okuma", "cp1254")
+    return sheet_under(to, rng, "Ağırlık (kg);Okuma", "cp1254")
 
 
 def dutch(to: Path, rng: Rng) -> Made:
     """A sheet in Dutch."""
-    return _sheet(to, rng, "Gewicht (kg);Meting")
+    return sheet_under(to, rng, "Gewicht (kg);Meting")
 
 
 def korean(to: Path, rng: Rng) -> Made:
     """A sheet in Korean, its code page."""
-    return _sheet(to, rng, "하중 (kg);판독값", "cp949")
+    return sheet_under(to, rng, "하중 (kg);판독값", "cp949")
 
 
 def czech(to: Path, rng: Rng) -> Made:
     """A sheet in Czech, its code page."""
-    return _sheet(to, rng, "Hmotnost (kg);Údaj", "cp1250")
+    return sheet_under(to, rng, "Hmotnost (kg);Údaj", "cp1250")
 
 
 def finnish(to: Path, rng: Rng) -> Made:
     """A sheet in Finnish."""
-    return _sheet(to, rng, "Paino (kg);Lukema")
+    return sheet_under(to, rng, "Paino (kg);Lukema")
 
 
 def sep_line(to: Path, rng: Rng) -> Made:
     """Excel's first line `sep=;`."""
-    made = _sheet(to, rng, "Load (kg);Raw")
+    made = sheet_under(to, rng, "Load (kg);Raw")
     text = made.paths[0].read_text()
     made.paths[0].write_text("sep=;\n" + text)
     return made
@@ -202,7 +196,7 @@ def compression_negative(to: Path, rng: Rng) -> Made:
 
 def gzipped(to: Path, rng: Rng) -> Made:
     """A table that logrotate packed."""
-    made = _sheet(to, rng, "Load (kg);Raw")
+    made = sheet_under(to, rng, "Load (kg);Raw")
     path = to / "cal.csv.gz"
     path.write_bytes(gzip.compress(made.paths[0].read_bytes()))
     return Made([path], made.truth)

@@ -17,8 +17,8 @@ from tests.strangers.rigs import (
     Rng,
     Truth,
     cell,
+    on_two_plates,
     rows,
-    settling,
     tool,
     tool_truth,
     truth_of,
@@ -139,16 +139,9 @@ def six_legs_hung(to: Path, rng: Rng) -> Made:
     return Made([write(to / "frame.csv", [",".join(names), *body])], truth)
 
 
-def _stand(mass: float, gain: tuple[float, float], rng: Rng) -> Array:
-    share = settling([0.35, 0.55, 0.7, 0.4, 0.6, 0.5], 5, 50)
-    parts = np.array([share, 1 - share])
-    fz: Array = parts * mass * G / np.array(gain)[:, None] + rng.normal(0, 1, parts.shape)
-    return fz
-
-
 def motek_dflow(to: Path, rng: Rng) -> Made:
     """D-Flow of a treadmill: `FP1.CopX`, `FP1.ForY` upwards, two belts, tabs."""
-    fz = _stand(75.0, (1.03, 0.97), rng)
+    fz = on_two_plates(75.0, (1.03, 0.97), rng)
     n = fz.shape[1]
     names, columns = ["TimeStamp", "FrameNumber"], [np.arange(n) / 50, np.arange(n, dtype=float)]
     for plate, force in zip(("FP1", "FP2"), fz, strict=True):

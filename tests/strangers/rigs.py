@@ -186,3 +186,18 @@ def write(path: Path, lines: Sequence[str], encoding: str = "utf-8", end: str = 
 def rows(*columns: NDArray[Any], sep: str = ",", form: str = "%.10g") -> list[str]:
     """Lines of a table."""
     return [sep.join(form % v for v in row) for row in zip(*columns, strict=True)]
+
+
+def sheet_under(to: Path, rng: Rng, head: str, encoding: str = "utf-8") -> Made:
+    """Kilograms and counts, semicolons, decimal commas."""
+    one, kg = cell(rng), steps((0, 0.5, 1, 2), 4)
+    body = [x.replace(".", ",") for x in rows(kg, one.read(kg * G, rng), sep=";")]
+    return Made([write(to / "cal.csv", [head, *body], encoding)], truth_of(one))
+
+
+def on_two_plates(mass: float, gain: tuple[float, float], rng: Rng) -> Array:
+    """Somebody on two plates who shifts from one to the other: what both read, (2, n)."""
+    share = settling([0.35, 0.55, 0.7, 0.4, 0.6, 0.5], 5, 50)
+    parts = np.array([share, 1 - share])
+    fz: Array = parts * mass * G / np.array(gain)[:, None] + rng.normal(0, 1, parts.shape)
+    return fz

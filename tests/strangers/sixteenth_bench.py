@@ -18,6 +18,7 @@ from tests.strangers.rigs import (
     cell,
     rows,
     settling,
+    sheet_under,
     steps,
     truth_of,
     write,
@@ -181,25 +182,19 @@ def arabic_digits(to: Path, rng: Rng) -> Made:
     return Made([write(to / "cal.csv", ["الوزن (كغ);القراءة", *body])], truth_of(one, 50))
 
 
-def _sheet(to: Path, rng: Rng, head: str, encoding: str = "utf-8") -> Made:
-    one, kg = cell(rng), steps((0, 0.5, 1, 2), 4)
-    body = [x.replace(".", ",") for x in rows(kg, one.read(kg * G, rng), sep=";")]
-    return Made([write(to / "cal.csv", [head, *body], encoding)], truth_of(one))
-
-
 def greek_sheet(to: Path, rng: Rng) -> Made:
     """A sheet in Greek, its code page."""
-    return _sheet(to, rng, "Βάρος (kg);Ένδειξη", "cp1253")
+    return sheet_under(to, rng, "Βάρος (kg);Ένδειξη", "cp1253")
 
 
 def hungarian_sheet(to: Path, rng: Rng) -> Made:
     """A sheet in Hungarian, its code page."""
-    return _sheet(to, rng, "Tömeg (kg);Kijelzett érték", "cp1250")
+    return sheet_under(to, rng, "Tömeg (kg);Kijelzett érték", "cp1250")
 
 
 def vietnamese_sheet(to: Path, rng: Rng) -> Made:
     """A sheet in Vietnamese."""
-    return _sheet(to, rng, "Khối lượng (kg);Giá trị đọc")
+    return sheet_under(to, rng, "Khối lượng (kg);Giá trị đọc")
 
 
 def mosquitto_verbose(to: Path, rng: Rng) -> Made:

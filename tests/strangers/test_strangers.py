@@ -92,71 +92,47 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
     assert found.outcome == ("next step" if found.made.says else "calibration")
 
 
+CORPORA = {
+    "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
+    "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
+    "legged": legged.LEGGED,
+    "fifteenth": fifteenth.FIFTEENTH, "seventeenth": seventeenth.SEVENTEENTH,
+    "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
+    "twentieth": twentieth.TWENTIETH, "twenty_first": twenty_first.TWENTY_FIRST,
+    "twenty_second": twenty_second.TWENTY_SECOND,
+    "twenty_third": (
+        *twenty_third_bench.TWENTY_THIRD_BENCH, *twenty_third_robots.TWENTY_THIRD_ROBOTS
+    ),
+    "sixteenth": (
+        *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
+    ),
+    "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
+    "sixth": (
+        *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
+    ),
+    "eighth": eighth.EIGHTH, "ninth": ninth.NINTH,
+    "eleventh": eleventh.ELEVENTH,
+    "twelfth": (*twelfth_bench.TWELFTH_BENCH, *twelfth_robots.TWELFTH_ROBOTS),
+    "thirteenth": (
+        *thirteenth_bench.THIRTEENTH_BENCH, *thirteenth_robots.THIRTEENTH_ROBOTS
+    ),
+    "fourteenth": (
+        *fourteenth_bench.FOURTEENTH_BENCH, *fourteenth_robots.FOURTEENTH_ROBOTS
+    ),
+    "tenth": (*tenth_bench.TENTH_BENCH, *tenth_robots.TENTH_ROBOTS),
+    "seventh": (
+        *seventh_bench.SEVENTH_BENCH, *seventh_wrists.SEVENTH_WRISTS,
+        *seventh_robots.SEVENTH_ROBOTS,
+    ),
+}  # fmt: skip
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "corpus",
-    [
-        "seen",
-        "unseen",
-        "third",
-        "later",
-        "turned",
-        "fourth",
-        "fifth",
-        "sixth",
-        "seventh",
-        "eighth",
-        "ninth",
-        "tenth",
-        "eleventh",
-        "twelfth",
-        "thirteenth",
-        "fourteenth",
-        "fifteenth",
-        "sixteenth",
-        "seventeenth",
-        "eighteenth",
-        "nineteenth",
-        "twentieth",
-        "twenty_first",
-        "twenty_second",
-        "twenty_third",
-    ],
-)
+@pytest.mark.parametrize("corpus", CORPORA)
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
-    shapes = {
-        "seen": (*seen.SEEN, *seen_wrists.SEEN_WRISTS), "unseen": unseen.UNSEEN,
-        "third": third.THIRD, "later": later.LATER, "turned": turned.TURNED,
-        "fifteenth": fifteenth.FIFTEENTH, "seventeenth": seventeenth.SEVENTEENTH,
-        "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
-        "twentieth": twentieth.TWENTIETH, "twenty_first": twenty_first.TWENTY_FIRST,
-        "twenty_second": twenty_second.TWENTY_SECOND,
-        "twenty_third": (
-            *twenty_third_bench.TWENTY_THIRD_BENCH, *twenty_third_robots.TWENTY_THIRD_ROBOTS
-        ),
-        "sixteenth": (
-            *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
-        ),
-        "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
-        "sixth": (
-            *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
-        ),
-        "eighth": eighth.EIGHTH, "ninth": ninth.NINTH,
-        "eleventh": eleventh.ELEVENTH,
-        "twelfth": (*twelfth_bench.TWELFTH_BENCH, *twelfth_robots.TWELFTH_ROBOTS),
-        "thirteenth": (
-            *thirteenth_bench.THIRTEENTH_BENCH, *thirteenth_robots.THIRTEENTH_ROBOTS
-        ),
-        "fourteenth": (
-            *fourteenth_bench.FOURTEENTH_BENCH, *fourteenth_robots.FOURTEENTH_ROBOTS
-        ),
-        "tenth": (*tenth_bench.TENTH_BENCH, *tenth_robots.TENTH_ROBOTS),
-        "seventh": (
-            *seventh_bench.SEVENTH_BENCH, *seventh_wrists.SEVENTH_WRISTS,
-            *seventh_robots.SEVENTH_ROBOTS,
-        ),
-    }[corpus]  # fmt: skip
-    found = {shape.__name__: trial(shape, tmp_path / shape.__name__, run) for shape in shapes}
+    found = {
+        shape.__name__: trial(shape, tmp_path / shape.__name__, run) for shape in CORPORA[corpus]
+    }
     for kind in ("calibration", "next step"):
         count = sum(one.outcome == kind for one in found.values())
         print(f"{corpus}: {count} of {len(found)} to a {kind}")  # noqa: T201 - the study's answer

@@ -6,29 +6,38 @@ Written before it was run; `docs/bring_your_log.md` has its first count.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.strangers.rigs import Array, G, Made, Rng, rows, settling, tool_truth, wrist, write
+from tests.strangers.rigs import (
+    G,
+    Made,
+    Rng,
+    on_two_plates,
+    rows,
+    tool_truth,
+    wrist,
+    write,
+)
 
 
 def staubli_intrinsic(to: Path, rng: Rng) -> Made:
     """Stäubli: rx, ry, rz in degrees about x, the new y and the newest z."""
-    made, wrench, rot = wrist(rng)
-    place = np.tile([[400.0], [10.0], [500.0]], len(wrench))
-    body = rows(*place, *rot.as_euler("XYZ", degrees=True).T, *wrench.T, form="%.5f")
-    return Made([write(to / "val3.csv", ["x,y,z,rx,ry,rz,Fx,Fy,Fz,Mx,My,Mz", *body])],
-                tool_truth(made))  # fmt: skip
+    return _poses(to / "val3.csv", rng, "XYZ", "x,y,z,rx,ry,rz,Fx,Fy,Fz,Mx,My,Mz")
 
 
 def doosan_abc(to: Path, rng: Rng) -> Made:
     """Doosan: A, B, C in degrees are about z, y and the new z."""
+    return _poses(to / "drl_log.csv", rng, "ZYZ", "X,Y,Z,A,B,C,Fx,Fy,Fz,Mx,My,Mz")
+
+
+def _poses(path: Path, rng: Rng, turns: Literal["XYZ", "ZYZ"], head: str) -> Made:
     made, wrench, rot = wrist(rng)
     place = np.tile([[400.0], [10.0], [500.0]], len(wrench))
-    body = rows(*place, *rot.as_euler("ZYZ", degrees=True).T, *wrench.T, form="%.5f")
-    return Made([write(to / "drl_log.csv", ["X,Y,Z,A,B,C,Fx,Fy,Fz,Mx,My,Mz", *body])],
-                tool_truth(made))  # fmt: skip
+    body = rows(*place, *rot.as_euler(turns, degrees=True).T, *wrench.T, form="%.5f")
+    return Made([write(path, [head, *body])], tool_truth(made))
 
 
 def mecademic_greek(to: Path, rng: Rng) -> Made:
@@ -82,16 +91,9 @@ def tait_bryan_with_hpr(to: Path, rng: Rng) -> Made:
     return Made([write(to / "ins_ned.csv", [",".join(head), *body])], tool_truth(made))
 
 
-def _stand(mass: float, gain: tuple[float, float], rng: Rng) -> Array:
-    share = settling([0.35, 0.55, 0.7, 0.4, 0.6, 0.5], 5, 50)
-    parts = np.array([share, 1 - share])
-    fz: Array = parts * mass * G / np.array(gain)[:, None] + rng.normal(0, 1, parts.shape)
-    return fz
-
-
 def swing_catalyst(to: Path, rng: Rng) -> Made:
     """A golfer's plates: hh:mm:ss with seven decimals, force and CoP of each side, tabs."""
-    fz = _stand(80.0, (1.05, 0.96), rng)
+    fz = on_two_plates(80.0, (1.05, 0.96), rng)
     lines = ["Time\tLeft Fz (N)\tLeft CoPx (m)\tLeft CoPy (m)\tRight Fz (N)\tRight CoPx (m)\t"
              "Right CoPy (m)"]  # fmt: skip
     for i in range(fz.shape[1]):
@@ -103,7 +105,7 @@ def swing_catalyst(to: Path, rng: Rng) -> Made:
 
 def hawkin_dynamics(to: Path, rng: Rng) -> Made:
     """A jump laboratory: left, right and both together, no CoP."""
-    fz = _stand(80.0, (1.05, 0.96), rng)
+    fz = on_two_plates(80.0, (1.05, 0.96), rng)
     t = np.arange(fz.shape[1]) / 50
     lines = ["Time (s),LeftForce (N),RightForce (N),Combined (N)",
              *rows(t, *fz, fz.sum(axis=0), form="%.4f")]  # fmt: skip
@@ -112,7 +114,7 @@ def hawkin_dynamics(to: Path, rng: Rng) -> Made:
 
 def vald_forcedecks(to: Path, rng: Rng) -> Made:
     """ForceDecks: name and weight of the athlete above, `Z Left`, `Z Right`."""
-    fz = _stand(80.0, (1.05, 0.96), rng)
+    fz = on_two_plates(80.0, (1.05, 0.96), rng)
     head = [
         "Athlete,NN",
         "Date,12/03/2024",

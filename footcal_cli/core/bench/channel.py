@@ -57,9 +57,9 @@ class Prediction:
     dof: FloatArray
     extrapolated: BoolArray
 
-    def half_width_n(self, level: float = 0.95) -> FloatArray:
-        """Half the width of the interval for the load, shape (n,)."""
-        return np.asarray(special.stdtrit(self.dof, 0.5 + level / 2.0) * self.sd_n)
+    def half_width_n(self) -> FloatArray:
+        """Half the width of the 95 % interval for the load, shape (n,)."""
+        return np.asarray(special.stdtrit(self.dof, 0.975) * self.sd_n)
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,7 @@ class ChannelFit:
         return replace(
             self,
             estimates=replace(
-                self.estimates,
-                covariance=self.estimates.covariance + np.outer(moved, moved) / 12.0,
+                self.estimates, covariance=self.estimates.covariance + np.outer(moved, moved) / 12.0
             ),
             ci95=self.ci95 + wider[:, None] * [-1.0, 1.0],
             linear_covariance=self.linear_covariance + np.outer(line, line) / 12.0,

@@ -14,15 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.bench.placement_rows import PlacementRows
+from footcal_cli.core.inference.linear import rank_of
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import FitError
 
-TERMS = {
-    "none": 0,
-    "affine": 3,
-    "quadratic": 6,
-    "full": 6,
-}
+TERMS = {"none": 0, "affine": 3, "quadratic": 6, "full": 6}
 """Polynomial terms of the empirical corrections in the order 1, x, y, x², xy, y²."""
 
 
@@ -271,7 +267,7 @@ def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:
     centre[0] = 0.0
     design = (features - centre) / width
     left, singular, right = np.linalg.svd(design, full_matrices=False)
-    rank = int(np.sum(singular > max(design.shape) * np.finfo(float).eps * singular[0]))
+    rank, condition = rank_of(singular, design.shape)
     target = rows.hole_m[used] - raw
     if ridge == 0.0:
         inverse = np.where(np.arange(singular.size) < rank, 1.0 / np.maximum(singular, 1e-300), 0)
@@ -280,7 +276,6 @@ def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:
         penalty = ridge * len(design) * np.eye(design.shape[1])
         penalty[0, 0] = 0.0
         weights = np.linalg.solve(design.T @ design + penalty, design.T @ target)
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     return CopFit(model, np.asarray(weights), origin, centre, width, ridge, rank, condition)
 
 
@@ -308,8 +303,7 @@ def _fit_physical(model: CopModel, rows: PlacementRows) -> CopFit:
     arms[:cells] = rows.cell_pos_m
     weights[:count, 1:] = arms + _lstsq(design, moment - design @ arms)
     singular = np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)
-    rank = int(np.sum(singular > max(design.shape) * np.finfo(float).eps * singular[0]))
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    rank, condition = rank_of(singular, design.shape)
     return CopFit(model, weights, np.zeros(2), np.zeros(0), np.zeros(0), 0.0, rank, condition)
 
 

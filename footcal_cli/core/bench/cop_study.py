@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
 
 from footcal_cli.core.bench.cop_models import MODELS, CopFit, CopModel, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
@@ -70,11 +69,6 @@ class CopResult:
         lightness = 1.0 / np.fmax(rows.total_n, rows.min_force_n)
         noise = self.force_noise_nm * (lightness if rows.cells else 0.0 * lightness)[:, None]
         return np.sqrt(self.floor_m**2 + noise**2)
-
-    def cop_half_width_m(self, rows: PlacementRows, level: float = 0.95) -> FloatArray:
-        """Half the width of the interval of a corrected CoP, shape (n, 2)."""
-        quantile = special.stdtrit(max(self.groups - 1, 1), 0.5 + level / 2.0)
-        return np.asarray(quantile * self.cop_sd_m(rows))
 
     def extrapolated(self, rows: PlacementRows, fitted: PlacementRows) -> BoolArray:
         """Beyond the box of holes or the loads the correction was fitted on, shape (n,)."""

@@ -160,9 +160,7 @@ def held_out_error(record: BenchRecord, fit: ChannelFit) -> HeldOut:
     return hold_out(predict, record.load_n[known], group)
 
 
-def climb(
-    record: BenchRecord, rungs: tuple[Rung, ...] | None = None, alpha: float = ALPHA
-) -> Ladder:
+def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None) -> Ladder:
     """Choose a channel's model on held-out sessions (three or more) or loads.
 
     Parameters
@@ -171,8 +169,6 @@ def climb(
         Rows of one channel.
     rungs
         Extensions to try; all the record could support where absent.
-    alpha
-        Level of the test that a rung's sizes are zero.
     """
     rungs = menu(record) if rungs is None else rungs
     affine = fit_channel(record)
@@ -185,7 +181,7 @@ def climb(
     rivals: tuple[str, ...] = ()
     left = list(rungs)
     for _ in range(_MOST_STEPS):
-        tried = _attempts(record, taken, left, alpha)
+        tried = _attempts(record, taken, left)
         if not tried:
             break
         # none is climbed to predict worse than before
@@ -240,13 +236,13 @@ def _rivals(better: list[_Attempt], chosen: _Attempt) -> tuple[str, ...]:
     return tuple(found)
 
 
-def promising(record: BenchRecord, alpha: float = ALPHA) -> bool:
+def promising(record: BenchRecord) -> bool:
     """Whether a rung's sizes differ from zero in the fit to all rows: else `climb` takes none.
 
     A part of the work of `climb`, which predicts left-out groups with every such rung.
     """
     fitted = _fitted(record, [], menu(record))
-    return any(p < alpha / len(fitted) for _, _, p in fitted)
+    return any(p < ALPHA / len(fitted) for _, _, p in fitted)
 
 
 def _fitted(
@@ -264,17 +260,15 @@ def _fitted(
     return found
 
 
-def _attempts(
-    record: BenchRecord, taken: list[Rung], left: Sequence[Rung], alpha: float
-) -> list[_Attempt]:
+def _attempts(record: BenchRecord, taken: list[Rung], left: Sequence[Rung]) -> list[_Attempt]:
     """What is tried on top of the rungs taken: above the first, only what is significant alone.
 
     Left-out groups are predicted where a rung is significant among all that are tried.
     """
-    fitted = [one for one in _fitted(record, taken, left) if not taken or one[2] <= alpha]
+    fitted = [one for one in _fitted(record, taken, left) if not taken or one[2] <= ALPHA]
     attempts = []
     for rung, fit, p in fitted:
-        level, out = alpha / len(fitted), None
+        level, out = ALPHA / len(fitted), None
         if p < level:
             try:
                 out = held_out_error(record, fit)

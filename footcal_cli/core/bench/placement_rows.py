@@ -9,6 +9,9 @@ import numpy as np
 from footcal_cli.core.centroidal import MIN_FORCE_N, pressure
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
+_MOST_FRAMES = 30
+"""Rows to keep of each placement that was filmed."""
+
 
 @dataclass(frozen=True)
 class PlacementRows:
@@ -157,18 +160,18 @@ def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> Repeats:
     return Repeats(hole, mean_of(load)[:, 0], n.astype(np.int64), hole + mean_error, sd)
 
 
-def condense_points(rows: PlacementRows, most: int = 30) -> PlacementRows:
+def condense_points(rows: PlacementRows) -> PlacementRows:
     """Medians of consecutive rows, at most so many per placement: frames of a video are no repeats.
 
     Parameters
     ----------
     rows
         In order of time within each placement.
-    most
-        Rows to keep of each placement.
     """
     parts = [np.flatnonzero((rows.placement == p) & rows.valid) for p in np.unique(rows.placement)]
-    pieces = [piece for part in parts for piece in np.array_split(part, min(most, part.size))]
+    pieces = [
+        piece for part in parts for piece in np.array_split(part, min(_MOST_FRAMES, part.size))
+    ]
 
     def medians(values: FloatArray) -> FloatArray:
         return np.array([np.median(values[piece], axis=0) for piece in pieces])

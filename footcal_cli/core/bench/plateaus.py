@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-from footcal_cli.core.signals import effective_size, parts_of
+from footcal_cli.core.signals import parts_of
 from footcal_cli.errors import DataError
 
 _MAD_TO_SD = 1.4826
@@ -106,8 +106,8 @@ class Plateaus:
         First and last settled sample of each hold, shape (h,).
     median, sd
         Reading of each hold, and its scatter about its own trend, shape (h,).
-    n, n_effective
-        Settled samples of each hold, and how many independent ones they are worth, shape (h,).
+    n
+        Settled samples of each hold, shape (h,).
     """
 
     state: IntArray
@@ -118,14 +118,9 @@ class Plateaus:
     median: FloatArray
     sd: FloatArray
     n: IntArray
-    n_effective: FloatArray
 
     def __len__(self) -> int:
         return self.start_s.size
-
-    def counts(self) -> dict[str, int]:
-        """Samples per reason, settled ones included."""
-        return {state.reason: int(np.sum(self.state == state)) for state in SampleState}
 
 
 def find_outliers(
@@ -333,8 +328,8 @@ def _collect(
         t, y = time_s[at[start:stop]], reading[at[start:stop]]
         slope, intercept = np.polyfit(t - t[0], y, 1)
         rest = y - (intercept + slope * (t - t[0]))
-        rows.append((t[0], t[-1], np.median(y), rest.std(ddof=2), y.size, effective_size(rest)))
-    table = np.array(rows).reshape(-1, 6).T
+        rows.append((t[0], t[-1], np.median(y), rest.std(ddof=2), y.size))
+    table = np.array(rows).reshape(-1, 5).T
     moved = np.abs(np.diff(table[2], prepend=table[2][:1])) > same_level
     return Plateaus(
         state=state,
@@ -345,7 +340,6 @@ def _collect(
         median=table[2],
         sd=table[3],
         n=table[4].astype(np.int64),
-        n_effective=table[5],
     )
 
 

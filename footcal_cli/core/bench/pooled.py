@@ -12,13 +12,7 @@ from footcal_cli.core.bench.record import BenchRecord, load_levels
 from footcal_cli.core.bench.regressors import model_of
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.inference.blocks import BlockFit
-from footcal_cli.core.inference.shared_noise import (
-    Common,
-    Rows,
-    common_law,
-    fit_under,
-    law_under,
-)
+from footcal_cli.core.inference.shared_noise import Common, Rows, common_law, fit_under, law_under
 from footcal_cli.core.parameters import FloatArray
 
 _MOST_ROWS = 150

@@ -22,6 +22,7 @@ from footcal_cli.core.inference.lines import Line, Traces, pieces_of, strongest_
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.signals import begins
 
 _RCOND = 1e-9
 _ROUNDING = 1e-6
@@ -306,7 +307,7 @@ def _rid_of_signals(problem: Problem, features: Features, fitted: FloatArray) ->
 
 def _of_outputs(problem: Problem) -> Traces:
     """Sequences as pieces of their output, where nothing is known of channels."""
-    fresh = np.diff(problem.sequence, prepend=problem.sequence[:1] - 1) != 0
+    fresh = begins(problem.sequence)
     index = np.arange(fresh.size)
     since = index - np.maximum.accumulate(np.where(fresh, index, 0))
     return Traces(since / problem.rate_hz, problem.output, problem.outputs)

@@ -62,7 +62,7 @@ def diagnose(
     share = _share(grams, found, after, form)
     causes = _causes(lib, found)
     return Diagnosis(
-        verdict=_verdict(lib, found, before, after, form, share, rules),
+        verdict=_verdict(lib, found, after, form, share, rules),
         causes=causes,
         effects=evidence_rows(lib, found, rules),
         before=before,
@@ -176,7 +176,6 @@ def enough(
 def _verdict(
     lib: Library,
     found: Search,
-    before: Detection,
     after: Detection,
     form: Form | None,
     share: float,

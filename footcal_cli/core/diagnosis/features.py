@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import starts_of
 
 KNOTS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """Quantiles of a recorded signal at which its local bumps stand; what is rare has its own."""
@@ -113,7 +114,7 @@ def _memories(problem: Problem) -> FloatArray:
     """Each regressor less its exponentially forgotten past, at several time constants."""
     from scipy.signal import lfilter
 
-    starts = np.flatnonzero(np.diff(problem.sequence, prepend=problem.sequence[:1] - 1))
+    starts = starts_of(problem.sequence)
     stops = np.append(starts[1:], problem.sequence.size)
     sources = _moving(problem.regressors)
     stack = np.stack(list(sources), axis=1) if sources else np.empty((problem.block.size, 0))

@@ -47,6 +47,8 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     outputs = len(problem.outputs)
     sensor = rows.log * outputs + problem.output
     times = np.sqrt(_mean(left**2, sensor) / np.maximum(_mean(noise + allowed, sensor), 1e-300))
+    if problem.pieces:
+        times = np.maximum(times, _times_of_stances(problem) * MOST / _MOST_OF_LEVELS)
     if problem.settings is not None:
         _, level = np.unique(np.stack([sensor, problem.block]), axis=1, return_inverse=True)
         at = level.ravel()
@@ -57,6 +59,29 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
         levels = np.sqrt(_mean(mean**2, whose) / np.maximum(_mean(floor, whose), 1e-300))
         times = np.maximum(times, levels * MOST / _MOST_OF_LEVELS)
     return float(times.max(initial=0.0))
+
+
+def _times_of_stances(problem: Problem) -> float:
+    """RMS of a force from stance to stance over what tolerance and scatter within one allow.
+
+    Of what the best calibration leaves. A robot weighs the same however it stands; moments are left
+    out: where its CoM is believed is off by another amount in every stance.
+    """
+    times, left = [0.0], problem.left_of(problem.residual)
+    for o in (i for i, unit in enumerate(problem.units) if unit == "N"):
+        mine = problem.output == o
+        count = np.bincount(problem.block[mine], minlength=problem.blocks)
+        mean = _mean(left[mine], problem.block[mine], problem.blocks)
+        several = count[count > 1]
+        if not several.size:
+            continue
+        apart = left[mine] - mean[problem.block[mine]]
+        within = float(apart @ apart) / float(np.sum(several - 1))
+        unit = float(np.mean(problem.noise[mine]))
+        floor = within / np.maximum(count, 1) + (problem.tolerance[o] / unit) ** 2
+        shown = count > 0
+        times.append(float(np.sqrt(np.mean(mean[shown] ** 2) / np.mean(floor[shown]))))
+    return max(times)
 
 
 def is_large(case: Case, rows: Rows, problem: Problem) -> bool:

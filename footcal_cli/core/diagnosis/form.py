@@ -9,9 +9,11 @@ import numpy as np
 from footcal_cli.core.diagnosis.detection import flexible_gain
 from footcal_cli.core.inference.evidence import sign_flip_group
 from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import starts_of
 
 _FARTHEST = 2.5  # a regressor counts up to this many of its sd
 
@@ -79,13 +81,12 @@ def _products(problem: Problem, named: FloatArray) -> FloatArray:
     if problem.rate_hz > 0:
         factors.append(_share_of_sequence(problem))
     columns = np.hstack([named * f[:, None] for f in factors]) if factors else named[:, :0]
-    rms = np.sqrt(np.mean(columns**2, axis=0))
-    return np.asarray(columns[:, rms > 0] / rms[rms > 0])
+    return unit_columns(columns)
 
 
 def _share_of_sequence(problem: Problem) -> FloatArray:
     """Time within each sequence from −1 to 1, shape (m,)."""
-    starts = np.flatnonzero(np.diff(problem.sequence, prepend=problem.sequence[:1] - 1))
+    starts = starts_of(problem.sequence)
     lengths = np.diff(np.append(starts, problem.sequence.size))
     age = np.arange(problem.sequence.size) - np.repeat(starts, lengths)
     return np.asarray(2.0 * age / np.repeat(np.maximum(lengths - 1, 1), lengths) - 1.0)

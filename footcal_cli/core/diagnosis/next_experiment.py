@@ -32,7 +32,7 @@ def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Conten
         if not item.cause.rivals:
             continue
         answer = item.answer
-        named = _named(found, item)
+        named = _named(item)
         rivals = {item.cause.signature.effect: named}
         for signature in item.cause.rivals:
             copy = _copying(signature, named, answer.library, table)
@@ -58,7 +58,7 @@ def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
     return menu_for(asked, table, rig, present(found.case, rig) if rivals else None)
 
 
-def _named(found: Investigation, item: Found) -> Contender:
+def _named(item: Found) -> Contender:
     signature = item.cause.signature
     values = {
         name.rsplit(".", 1)[1]: interval.value

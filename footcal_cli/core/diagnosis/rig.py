@@ -11,7 +11,7 @@ from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.experiments.walk import CELL_TOTALS
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.log import Log
+from footcal_cli.core.log import EXPERIMENT_NAMES, Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.robots import Biped, Hexapod, leg_at
 
@@ -51,7 +51,7 @@ class Rig:
     noise: Mapping[str, float] = field(default_factory=dict)
     moving_mps2: float = 0.0
     independent_hz: float = np.inf
-    kinds: tuple[str, ...] = ("weights", "placements", "stand", "walk", "hang", "pose")
+    kinds: tuple[str, ...] = EXPERIMENT_NAMES
 
     def noise_of(self, output: str, unit: str, kind: str = "") -> float:
         """Noise sd of an output in its unit; feet and legs share theirs."""

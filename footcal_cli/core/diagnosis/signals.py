@@ -12,6 +12,7 @@ from footcal_cli.core.experiments.walk import feet_of
 from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import begins
 
 
 def describe(case: Case, rows: Rows) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
@@ -88,7 +89,7 @@ def _weights(log: Log) -> dict[str, FloatArray]:
         wrench = log.known["wrench"]
         return {f"wrench {i}": wrench[:, i] for i in range(wrench.shape[1])}
     load = np.nan_to_num(log.known["load_n"].reshape(len(log), -1).sum(axis=1))
-    fresh = np.diff(log.block, prepend=log.block[:1] - 1) != 0
+    fresh = begins(log.block)
     start = np.maximum.accumulate(np.where(fresh, np.arange(len(log)), 0))
     changed = np.diff(load, prepend=load[:1]) != 0
     since = np.maximum.accumulate(np.where(changed | fresh, np.arange(len(log)), 0))

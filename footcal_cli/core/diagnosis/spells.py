@@ -11,6 +11,7 @@ from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import residual_within_blocks
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import starts_of
 
 WINDOWS = (1, 5, 13)
 """Rows over which the residual is averaged before it is asked for its side."""
@@ -47,7 +48,7 @@ def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = N
         return 1.0
     residual = residual_within_blocks(problem, left_by(fitted, problem.residual, _RCOND))
     leaning = np.zeros((problem.blocks, len(WINDOWS)))
-    starts = np.flatnonzero(np.diff(problem.sequence, prepend=problem.sequence[:1] - 1))
+    starts = starts_of(problem.sequence)
     for rows in np.split(np.arange(residual.size), starts[1:]):
         if rows.size < _SHORTEST:
             continue

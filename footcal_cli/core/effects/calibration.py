@@ -19,9 +19,9 @@ from footcal_cli.core.effects.contract import (
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
-AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+AXES: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Order of a wrench's components."""
-AXIS_UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
+AXIS_UNITS: tuple[str, ...] = ("N", "N", "N", "Nm", "Nm", "Nm")
 
 
 def per_axis(

@@ -24,13 +24,11 @@ from footcal_cli.core.effects.contract import (
     plus,
     times,
 )
-from footcal_cli.core.log import Log
+from footcal_cli.core.log import EXPERIMENT_NAMES, Log
 from footcal_cli.core.parameters import FloatArray
 
 TEMPERATURE_REFERENCE_DEGC = 25.0
 """Temperature at which scale and bias are stated."""
-LOADED = ("weights", "placements", "stand", "walk", "hang", "pose")
-"""Experiments in which channels carry different known loads."""
 
 
 def _bend(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
@@ -184,7 +182,7 @@ NONLINEARITY = Effect(
     parameters=(EffectParameter("quadratic", "1/N", 0.0, -0.01, 0.01, 1e-3),),
     apply=on_readings(_bend),
     remove=on_readings(_unbend),
-    experiments=LOADED,
+    experiments=EXPERIMENT_NAMES,
     formula="y = x + q x²; inverse x = 2y / (1 + √(1 + 4 q y))",
     source="load-cell data sheets: combined error; NAO CoP self-calibration, Table 2 (falling "
     "sensitivity)",
@@ -222,7 +220,7 @@ DEAD_ZONE = Effect(
     ),
     apply=on_readings(_deaden),
     remove=on_readings(_undeaden),
-    experiments=LOADED,
+    experiments=EXPERIMENT_NAMES,
     formula="y = x − s · clip(x, −w, w)",
     source="seats with play, force-sensing resistors near zero load",
     remedy="preload the cell or never use it below the width; check for a loose seat",
@@ -243,7 +241,7 @@ HINGE = Effect(
     ),
     apply=on_readings(_hinge),
     remove=on_readings(_unhinge),
-    experiments=LOADED,
+    experiments=EXPERIMENT_NAMES,
     formula="y = x + s · max(x − h, 0)",
     source="a second load path that closes at the load h",
     remedy="look for a part that starts to touch at that load",
@@ -293,7 +291,7 @@ SIGN_FLIP = Effect(
     parameters=(EffectParameter("sign_flip", "-", 0.0, 0.0, 1.0, 0.3),),
     apply=on_readings(times(_flipped)),
     remove=on_readings(over(_flipped)),
-    experiments=LOADED,
+    experiments=EXPERIMENT_NAMES,
     formula="y = (1 − 2 s) x, s = 1 for a flipped channel",
     source="signal wires exchanged",
     remedy="exchange the two signal wires, or change the sign of the scale",
@@ -322,7 +320,7 @@ SATURATION = Effect(
     ),
     apply=on_readings(_saturate),
     remove=on_readings(_unsaturate),
-    experiments=LOADED,
+    experiments=EXPERIMENT_NAMES,
     formula="y = x − s · (x − clip(x, −L, L)), s = 1 for a hard stop",
     source="amplifier or converter at the end of its range; mechanical overload stop",
     remedy="lower the gain of the amplifier, or leave loads beyond the limit out",
@@ -339,7 +337,7 @@ QUANTISATION = Effect(
     parameters=(EffectParameter("quantisation", "N", 0.0, 0.0, 50.0, 0.1),),
     apply=on_readings(_quantise),
     remove=on_readings(_keep),
-    experiments=LOADED,
+    experiments=EXPERIMENT_NAMES,
     formula="y = q · round(x / q)",
     source="NAO CoP self-calibration: smallest visible force step 0.5 N",
     remedy="log the raw counts instead of rounded forces; average while loads vary",

@@ -15,10 +15,9 @@ from footcal_cli.core.effects.contract import (
     on_readings,
 )
 from footcal_cli.core.effects.memory import elapsed, recording
-from footcal_cli.core.log import Log
+from footcal_cli.core.log import EXPERIMENT_NAMES, Log
 from footcal_cli.core.parameters import FloatArray
 
-SEEN_IN = ("weights", "placements", "stand", "walk", "hang", "pose")
 _CHANNEL_GRID = tuple(float(i) for i in range(8))
 _WHOLE = 1e-12
 
@@ -96,7 +95,7 @@ CHANNEL_STUCK = Effect(
     ),
     apply=on_readings(_stick),
     remove=on_readings(_keep),
-    experiments=SEEN_IN,
+    experiments=EXPERIMENT_NAMES,
     formula="y = x + s (x(t_stuck) − x) for t − t₀ ≥ t_stuck, s = 1 for a frozen channel",
     source="broken wire, hung converter, telemetry that repeats its last value",
     remedy="reconnect or replace the channel; leave its samples out",

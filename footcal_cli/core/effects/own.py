@@ -19,7 +19,7 @@ from footcal_cli.core.effects.contract import (
     is_six_axis,
 )
 from footcal_cli.core.effects.formula import Formula, FormulaError, formula_of
-from footcal_cli.core.log import Log
+from footcal_cli.core.log import EXPERIMENT_NAMES, Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _ON_HIPS = frozenset({"hang", "pose"})
@@ -46,13 +46,12 @@ class SignalKind:
     needs: tuple[str, ...] = ()
 
 
-_ALL = ("weights", "placements", "stand", "walk", "hang", "pose")
 _ON_PLATES = ("placements", "stand", "walk")
 _SHEAR = ("walk", "hang", "pose")
 _MOVING = ("mass_kg", "com_acc_mps2")
 
 SIGNALS: Mapping[str, SignalKind] = {
-    "load": SignalKind("what this cell or axis carries", "N (N·m)", _ALL),
+    "load": SignalKind("what this cell or axis carries", "N (N·m)", EXPERIMENT_NAMES),
     "foot_load": SignalKind(
         "load of all cells of its foot; fz of its transducer", "N", (*_ON_PLATES, *sorted(_ON_HIPS))
     ),
@@ -64,7 +63,7 @@ SIGNALS: Mapping[str, SignalKind] = {
     "temperature": SignalKind(
         "temperature − 25 °C", "K", ("weights", "stand", "walk", "hang"), ("temperature_degc",)
     ),
-    "time": SignalKind("time since the start of the log", "s", _ALL),
+    "time": SignalKind("time since the start of the log", "s", EXPERIMENT_NAMES),
     "phase": SignalKind("shaft angle of its leg", "rad", ("hang", "pose"), ("phase_rad",)),
 }
 """Name in a formula -> what it is."""
@@ -129,7 +128,7 @@ def own_effect(row: OwnRow) -> Effect:
         raise FormulaError(f"'{row.adds}' does not use '{unused[0]}'")
     signals = formula.names - set(symbols)
     experiments = row.experiments or tuple(
-        e for e in _ALL if all(e in SIGNALS[s].experiments for s in signals)
+        e for e in EXPERIMENT_NAMES if all(e in SIGNALS[s].experiments for s in signals)
     )
     for signal in sorted(signals):
         lacking = [e for e in experiments if e not in SIGNALS[signal].experiments]

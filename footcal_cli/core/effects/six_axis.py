@@ -287,10 +287,7 @@ OFFSET_CHANGE = Effect(
     traits=(Trait.TIMED, Trait.MEMORY),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
-    parameters=(
-        *per_axis("offset_change", 1.0, 0.1, 100.0),
-        moment("change_time", 20),
-    ),
+    parameters=(*per_axis("offset_change", 1.0, 0.1, 100.0), moment("change_time", 20)),
     apply=on_wrenches(plus_since(_change)),
     remove=on_wrenches(plus_since(_change, -1.0)),
     experiments=HIPS_AND_ANKLES,

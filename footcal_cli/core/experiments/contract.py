@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.log import Log
@@ -31,17 +29,6 @@ class Balance:
     units: tuple[str, ...]
     error: FloatArray
     valid: BoolArray
-
-    def whitened(self, noise: FloatArray) -> FloatArray:
-        """Valid errors over their noise sd, flattened, shape (m,).
-
-        Parameters
-        ----------
-        noise
-            Noise sd per output (k,) or per row and output (n, k), in `units`.
-        """
-        scaled: FloatArray = (self.error / np.broadcast_to(noise, self.error.shape))[self.valid]
-        return scaled
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS, OFFSET
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT, LEG_COM, LEG_WEIGHT
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
-
-OUTPUTS = ("fx", "fy", "fz", "tx", "ty", "tz")
-UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
 
 
 def hang_balance(log: Log) -> Balance:
@@ -22,7 +19,7 @@ def hang_balance(log: Log) -> Balance:
     force_t = log.known["leg_weight_n"][:, None] * felt
     demanded = np.hstack([force_t, np.cross(log.known["leg_com_m"], force_t)])
     error = log.readings - demanded
-    return Balance(OUTPUTS, UNITS, error, np.isfinite(error))
+    return Balance(AXES, AXIS_UNITS, error, np.isfinite(error))
 
 
 EXPERIMENT = Experiment(

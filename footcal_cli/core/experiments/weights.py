@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.effects.calibration import SCALE_BIAS
+from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS, SCALE_BIAS
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
-
-AXES = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "Nm"), ("ty", "Nm"), ("tz", "Nm"))
 
 
 def balance(log: Log) -> Balance:
@@ -18,8 +16,7 @@ def balance(log: Log) -> Balance:
     a weight being changed) do not count.
     """
     if "wrench" in log.known:
-        known, outputs = log.known["wrench"], tuple(name for name, _ in AXES)
-        units = tuple(unit for _, unit in AXES)
+        known, outputs, units = log.known["wrench"], AXES, AXIS_UNITS
     else:
         known = log.known["load_n"].reshape(len(log), -1)
         outputs, units = log.channels, ("N",) * len(log.channels)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, chain_of, link
-from footcal_cli.core.effects.calibration import OFFSET, wrench_of
+from footcal_cli.core.effects.calibration import AXES, OFFSET, wrench_of
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -26,7 +26,6 @@ from footcal_cli.core.effects.contract import (
 )
 from footcal_cli.core.experiments.hang import EXPERIMENT
 from footcal_cli.core.hang.model import (
-    AXES,
     DRIFT,
     WARMTH,
     HangModel,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.hang.runs import LEVEL
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray

@@ -16,14 +16,12 @@ from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS, OFFSET
 from footcal_cli.core.effects.cells import TEMPERATURE_BIAS
 from footcal_cli.core.effects.six_axis import OFFSET_DRIFT
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.core.spatial import left_jacobian, rotation_exp, skew, tangent_basis
 
-AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
-AXIS_UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
 WARMTH, DRIFT = TEMPERATURE_BIAS.name, OFFSET_DRIFT.name
 """Stems of the offsets' change per degC and per s, one per axis."""
 Tilt = Literal["per_log", "mount", "none"]

@@ -15,8 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
+from footcal_cli.core.inference.linear import rank_of
 from footcal_cli.core.inference.variance_ratios import BlockSums, reml_ratios
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.signals import begins
 
 _LEAST_SEEN = 1e-14
 """Smaller eigenvalues, as a share of the largest, are rounding: they may even be negative."""
@@ -58,9 +60,9 @@ class BlockFit:
         """Standard deviation of each coefficient, shape (p,)."""
         return np.sqrt(np.clip(np.diag(self.covariance), 0.0, None))
 
-    def half_width(self, level: float = 0.95) -> FloatArray:
-        """Half the width of each coefficient's interval, shape (p,)."""
-        return np.asarray(special.stdtrit(self.dof, 0.5 + level / 2.0) * self.sd)
+    def half_width(self) -> FloatArray:
+        """Half the width of each coefficient's 95 % interval, shape (p,)."""
+        return np.asarray(special.stdtrit(self.dof, 0.975) * self.sd)
 
 
 def fit_blocks(
@@ -89,8 +91,7 @@ def fit_blocks(
     scale = np.where(norms > 0, norms, 1.0)
     scaled = design / scale
     onto, singular, right = np.linalg.svd(scaled, full_matrices=False)
-    rank = int(np.sum(singular > max(n, p) * np.finfo(float).eps * singular[0]))
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    rank, condition = rank_of(singular, design.shape)
     names, index = np.unique(block, return_inverse=True)
     many = names.size > 1 and names.size < n and n > p + names.size
     shared = np.ones((n, 1)) if shared is None else shared
@@ -234,7 +235,7 @@ def autoregression(
         Above 0.
     """
     gap = np.diff(time_s, prepend=time_s[:1])
-    first = np.diff(block, prepend=block[:1] - 1) != 0
+    first = begins(block)
     rho = np.where(first, 0.0, np.exp(-np.clip(gap, 1e-9, None) / correlation_s))
     rho = np.minimum(rho, 0.999)
     return rho, np.sqrt(1.0 - rho**2)

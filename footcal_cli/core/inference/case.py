@@ -15,7 +15,7 @@ from footcal_cli.core.inference.lines import Series
 from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
-from footcal_cli.core.signals import median_sd
+from footcal_cli.core.signals import begins, median_sd, starts_of
 
 MOST_BLOCKS = 60
 """Blocks are merged beyond this number: more would not sharpen a p-value."""
@@ -295,7 +295,7 @@ def _robust_sd(values: FloatArray) -> float:
 
 def _renumbered(sequence: IntArray) -> IntArray:
     """Sequences numbered in the order in which they stand."""
-    return np.asarray(np.cumsum(np.diff(sequence, prepend=sequence[:1] - 1) != 0) - 1)
+    return np.asarray(np.cumsum(begins(sequence)) - 1)
 
 
 def _merged(block: IntArray) -> IntArray:
@@ -308,7 +308,7 @@ def _merged(block: IntArray) -> IntArray:
 
 def _rate_hz(sequence: IntArray, time_s: FloatArray) -> float:
     """Rate of the rows where sequences are long enough to be series, else 0."""
-    starts = np.flatnonzero(np.diff(sequence, prepend=sequence[:1] - 1) != 0)
+    starts = starts_of(sequence)
     lengths = np.diff(np.append(starts, sequence.size))
     if not lengths.size or np.median(np.repeat(lengths, lengths)) < _SHORTEST_SERIES:
         return 0.0

@@ -267,9 +267,9 @@ class Interval:
 
 
 def jackknife_interval(
-    value: float, without: FloatArray, level: float = 0.95, informative: float | None = None
+    value: float, without: FloatArray, informative: float | None = None
 ) -> Interval:
-    """Interval of an estimate from its leave-one-block-out values (MacKinnon's CV3).
+    """95 % interval of an estimate from its leave-one-block-out values (MacKinnon's CV3).
 
     ``se² = (B − 1)/B Σ_b (β_(b) − β)²``, Student's t on B − 1 degrees of freedom.
 
@@ -277,8 +277,6 @@ def jackknife_interval(
     ----------
     value, without
         The estimate, and without each block, shape (B,).
-    level
-        Coverage.
     informative
         Effective number of blocks that say anything about it, in place of B in the degrees of
         freedom: a quarter of the sessions informs about one cell of four.
@@ -288,14 +286,14 @@ def jackknife_interval(
         return Interval(value, -np.inf, np.inf)
     se = np.sqrt((blocks - 1) / blocks * np.sum((without - value) ** 2))
     freedom = max((blocks if informative is None else min(informative, blocks)) - 1.0, 1.0)
-    half = float(stats.t.ppf(0.5 + level / 2, freedom) * se)
+    half = float(stats.t.ppf(0.975, freedom) * se)
     return Interval(value, value - half, value + half)
 
 
 def held_out_interval(
-    value: float, without: FloatArray, level: float = 0.95, informative: float | None = None
+    value: float, without: FloatArray, informative: float | None = None
 ) -> Interval:
-    """Interval of what a model buys on blocks it was not fitted to, for blocks yet to come.
+    """95 % interval of what a model buys on blocks it was not fitted to, for blocks yet to come.
 
     Models of different folds are fitted to nearly the same blocks, so that their errors are no
     independent draws: the variance is ``1/B + n_test/n_train`` instead of ``1/B`` (Nadeau and
@@ -305,12 +303,10 @@ def held_out_interval(
     ----------
     value, without
         The gain, and without each held-out block, shape (B,).
-    level
-        Coverage.
     informative
         As in `jackknife_interval`.
     """
-    found = jackknife_interval(value, without, level, informative)
+    found = jackknife_interval(value, without, informative)
     blocks = without.size
     if blocks < 2:
         return found

@@ -22,6 +22,7 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 PRIOR_KEPT_RATIO = 0.95
 """A parameter whose sd stays above this share of its prior sd has learnt nothing."""
 _BOUND_TOLERANCE = 1e-9
+_MOST_EVALUATIONS = 200
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,6 @@ def fit_map(
     jacobian: Callable[[FloatArray], FloatArray] | None = None,
     loss: Loss = "linear",
     noise_known: bool = True,
-    max_evaluations: int = 200,
     start: FloatArray | None = None,
     linear: bool = False,
 ) -> Fit:
@@ -126,7 +126,7 @@ def fit_map(
             xtol=1e-12,
             ftol=1e-12,
             gtol=1e-12,
-            max_nfev=max_evaluations,
+            max_nfev=_MOST_EVALUATIONS,
         )
         z, converged = solution.x, bool(solution.success)
     return _judged(parameters, scaled, z, residual(scaled.full(z)), data_jacobian(z),

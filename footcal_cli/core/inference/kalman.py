@@ -107,10 +107,7 @@ def innovate(
 def correct(mean: FloatArray, cov: FloatArray, found: Innovation) -> tuple[FloatArray, FloatArray]:
     """``x̂ + Wᵀ z`` and ``P − Wᵀ W``."""
     turned = np.swapaxes(found.weight, -1, -2)
-    return (
-        mean + (turned @ found.standard[..., None])[..., 0],
-        cov - turned @ found.weight,
-    )
+    return (mean + (turned @ found.standard[..., None])[..., 0], cov - turned @ found.weight)
 
 
 def correct_by_products(cov: FloatArray, products: FloatArray) -> FloatArray:
@@ -168,7 +165,4 @@ def smooth_back(
         Smoothed mean and covariance of k + 1.
     """
     reach = np.linalg.solve(ahead[1], (cov * decay).T).T
-    return (
-        mean + reach @ (later[0] - ahead[0]),
-        cov + reach @ (later[1] - ahead[1]) @ reach.T,
-    )
+    return (mean + reach @ (later[0] - ahead[0]), cov + reach @ (later[1] - ahead[1]) @ reach.T)

@@ -16,6 +16,11 @@ def unit_columns(columns: FloatArray) -> FloatArray:
     return np.asarray(columns[:, rms > 0] / rms[rms > 0])
 
 
+def _of_norm_one(columns: FloatArray) -> FloatArray:
+    norm = np.sqrt(np.sum(columns**2, axis=0))
+    return np.asarray(columns[:, norm > 0] / norm[norm > 0])
+
+
 def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
     """Orthonormal basis of what columns span, shape (m, rank).
 
@@ -24,10 +29,14 @@ def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
     rcond
         Singular value of the scaled columns, against the largest, from which a direction counts.
     """
-    norm = np.sqrt(np.sum(columns**2, axis=0))
-    scaled = columns[:, norm > 0] / norm[norm > 0]
-    left, singular, _ = np.linalg.svd(scaled, full_matrices=False)
+    left, singular, _ = np.linalg.svd(_of_norm_one(columns), full_matrices=False)
     return np.asarray(left[:, singular > rcond * singular.max(initial=0.0)])
+
+
+def rank_of(singular: FloatArray, shape: tuple[int, ...]) -> tuple[int, float]:
+    """Numerical rank and condition number of a matrix with these singular values."""
+    rank = int(np.sum(singular > max(shape) * np.finfo(float).eps * singular[0]))
+    return rank, float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
 
 
 def left_by(basis: FloatArray, target: FloatArray, rcond: float) -> FloatArray:
@@ -41,8 +50,7 @@ def left_by(basis: FloatArray, target: FloatArray, rcond: float) -> FloatArray:
     rcond
         Size of a scaled column beside those before it, from which it counts.
     """
-    norm = np.sqrt(np.sum(basis**2, axis=0))
-    scaled = basis[:, norm > 0] / norm[norm > 0]
+    scaled = _of_norm_one(basis)
     if not scaled.shape[1]:
         return target
     found = linalg.lstsq(scaled, target, cond=rcond, lapack_driver="gelsy", check_finite=False)[0]

@@ -65,9 +65,7 @@ class Observability:
         return words[:count]
 
 
-def observability(
-    whitened: FloatArray, names: Sequence[str], tolerance: float = RANK_TOLERANCE
-) -> Observability:
+def observability(whitened: FloatArray, names: Sequence[str]) -> Observability:
     """Rank and directions of whitened rows.
 
     Parameters
@@ -76,14 +74,12 @@ def observability(
         Rows in units of their noise, columns in units of the prior sd, shape (m, p).
     names
         Of the p unknowns.
-    tolerance
-        See `RANK_TOLERANCE`.
     """
     p = len(names)
     if whitened.shape[0] < p:
         whitened = np.vstack([whitened, np.zeros((p - whitened.shape[0], p))])
     _, values, right = np.linalg.svd(whitened, full_matrices=False)
-    rank = int(np.sum(values > tolerance * max(values.max(initial=0.0), 1e-300)))
+    rank = int(np.sum(values > RANK_TOLERANCE * max(values.max(initial=0.0), 1e-300)))
     return Observability(rank, p, values, right, tuple(names))
 
 

@@ -14,6 +14,7 @@ from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.tracking import Tracking
 from footcal_cli.core.inference.whitening import Noise, law_of_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.signals import starts_of
 
 _RCOND = 1e-10
 
@@ -169,7 +170,7 @@ class Problem:
         for name, (found, expected) in shapes.items():
             if found != expected:
                 raise ValueError(f"{name} has shape {found}, expected {expected}")
-        starts = np.flatnonzero(np.diff(self.sequence, prepend=self.sequence[:1] - 1))
+        starts = starts_of(self.sequence)
         if np.unique(self.sequence[starts]).size != starts.size:
             raise ValueError("rows of one sequence must stand together")
 
@@ -211,7 +212,7 @@ class Problem:
     @property
     def averaged(self) -> Problem:
         """One row per sequence: its mean."""
-        starts = np.flatnonzero(np.diff(self.sequence, prepend=self.sequence[:1] - 1) != 0)
+        starts = starts_of(self.sequence)
         count = np.diff(np.append(starts, self.sequence.size))
 
         def mean(values: FloatArray) -> FloatArray:
@@ -241,9 +242,7 @@ class Problem:
         if len(kept) == len(self.signatures):
             return self
         return replace(
-            self,
-            columns=self.columns[:, kept],
-            signatures=tuple(self.signatures[i] for i in kept),
+            self, columns=self.columns[:, kept], signatures=tuple(self.signatures[i] for i in kept)
         )
 
     @property

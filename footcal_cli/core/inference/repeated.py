@@ -17,7 +17,7 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 FEWEST_SESSIONS = 6
 """Below that neither a change point nor an outlying session can be proved."""
-_SMALLEST_SEGMENT = 2
+_SMALLEST_SEGMENT, _MOST_CHANGES = 2, 8
 _DRAWS = 4000
 _NEWTON_STEPS = 60
 _MOST_NUMBERS = 2_000_000
@@ -169,9 +169,7 @@ def trend_of(time: FloatArray, values: FloatArray, sd: FloatArray) -> Trend | No
     return Trend(float(found[1] / span), error / span, float(found[1]), error, p)
 
 
-def find_changes(
-    values: FloatArray, sd: FloatArray, *, alpha: float, at_most: int = 8
-) -> tuple[Change, ...]:
+def find_changes(values: FloatArray, sd: FloatArray, *, alpha: float) -> tuple[Change, ...]:
     """Change points by binary segmentation, each tested with Student's t over all places.
 
     The largest ``|t|`` of two levels against one, with p by Bonferroni over the places; then the
@@ -186,7 +184,7 @@ def find_changes(
     """
     found: list[Change] = []
     parts = [(0, values.size)]
-    while parts and len(found) < at_most:
+    while parts and len(found) < _MOST_CHANGES:
         start, stop = parts.pop()
         change = _largest_change(values[start:stop], sd[start:stop])
         if change is None or change.p > alpha:
@@ -305,7 +303,7 @@ class Component:
 
 
 def components_of(
-    values: FloatArray, groups: Mapping[str, NDArray[np.generic]], *, seed: int = 0
+    values: FloatArray, groups: Mapping[str, NDArray[np.generic]]
 ) -> tuple[Component, ...]:
     """Variance components by Henderson's method III: sums of squares of one factor after another.
 
@@ -355,7 +353,7 @@ def components_of(
     expected[:, k] = freedom
     inverse = np.linalg.pinv(expected)
     found = np.maximum(inverse @ squares, 0.0)
-    draws = np.random.default_rng(seed).chisquare(freedom, size=(_DRAWS, k + 1))
+    draws = np.random.default_rng(0).chisquare(freedom, size=(_DRAWS, k + 1))
     drawn = np.maximum((squares * freedom / draws) @ inverse.T, 0.0)
     low, high = np.sqrt(np.quantile(drawn, [0.025, 0.975], axis=0))
     return tuple(

@@ -16,13 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from footcal_cli.core.chain import Link, Seen
-from footcal_cli.core.effects.contract import (
-    Effect,
-    EffectParameter,
-    Scope,
-    columns_of,
-    units_of,
-)
+from footcal_cli.core.effects.contract import Effect, EffectParameter, Scope, columns_of, units_of
 from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray

@@ -89,9 +89,7 @@ class Separable:
     kept: bool = False
 
     def fit(
-        self,
-        start: FloatArray | None = None,
-        correlation_s: float | None = None,
+        self, start: FloatArray | None = None, correlation_s: float | None = None
     ) -> SeparableFit:
         """Search the shapes, then fit all together.
 

@@ -11,12 +11,7 @@ import numpy as np
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.products import Products, middle
-from footcal_cli.core.inference.settled import (
-    MOST_SUSPECTS,
-    SHARES,
-    outstanding,
-    strongest,
-)
+from footcal_cli.core.inference.settled import MOST_SUSPECTS, SHARES, outstanding, strongest
 from footcal_cli.core.inference.whitening import RowWhitener
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -102,11 +97,7 @@ def variance_beside(
 
 
 def _strongest(
-    rows: Products,
-    base: IntArray,
-    wandering: IntArray,
-    variance: FloatArray,
-    candidates: IntArray,
+    rows: Products, base: IntArray, wandering: IntArray, variance: FloatArray, candidates: IntArray
 ) -> tuple[int, float]:
     """The candidate with the largest |z| beside a base, and that."""
     used = np.concatenate([base, candidates, [rows.last]])

@@ -10,13 +10,9 @@ from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.inference.linear import left_by, orthonormal
 from footcal_cli.core.inference.settled import Settled, settled
-from footcal_cli.core.inference.tracking import (
-    Tracking,
-    parts_of,
-    walk_variance,
-)
+from footcal_cli.core.inference.tracking import Tracking, parts_of, walk_variance
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.signals import autocorrelation_time
+from footcal_cli.core.signals import autocorrelation_time, begins, starts_of
 
 if TYPE_CHECKING:
     from footcal_cli.core.inference.problem import Problem
@@ -242,13 +238,13 @@ def residual_within_blocks(problem: Problem, residual: FloatArray | None = None)
 def _age(sequence: IntArray) -> IntArray:
     """Rows since the start of the sequence, shape (m,)."""
     index = np.arange(sequence.size)
-    fresh = np.diff(sequence, prepend=sequence[:1] - 1) != 0
+    fresh = begins(sequence)
     return np.asarray(index - np.maximum.accumulate(np.where(fresh, index, 0)))
 
 
 def _lengths(sequence: IntArray) -> IntArray:
     """Length of the sequence that each row belongs to, shape (m,)."""
-    starts = np.flatnonzero(np.diff(sequence, prepend=sequence[:1] - 1) != 0)
+    starts = starts_of(sequence)
     sizes = np.diff(np.append(starts, sequence.size))
     return np.asarray(np.repeat(sizes, sizes))
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry

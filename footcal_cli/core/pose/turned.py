@@ -15,9 +15,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments.walk import balance, feet_of
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
-from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.signs import misfit_by_signs
 from footcal_cli.core.log import Log
@@ -92,12 +92,12 @@ def turned_when_hanging(
     still = zip(runs, given.at_rest(runs), strict=True)
     added = _norm([run.wrench - rest for run, rest in still], sd)
 
-    weight_n: dict[str, float] = {}
+    def refitted(signs: FloatArray) -> tuple[list[Log], HangFit]:
+        changed = [log.with_readings(log.readings * signs) for log in logs]
+        return changed, fit_hang(changed, asked)
 
     def misfit(signs: FloatArray, _beyond: float) -> float:
-        changed = [log.with_readings(log.readings * signs) for log in logs]
-        fit = fit_hang(changed, asked)
-        weight_n[channels[int(np.argmin(signs))]] = fit.values.weight_n
+        changed, fit = refitted(signs)
         own = np.array([channel.sd for channel in fit.noise])
         return _norm(fit.residuals(hang_runs(changed)[0]), own) ** 2
 
@@ -106,8 +106,11 @@ def turned_when_hanging(
         return np.inf if np.sqrt(left) > np.sqrt(beyond) + added else left
 
     found = _most_improved(misfit, channels, screened, _norm(given.residuals(runs), sd) ** 2)
+    if found is None:
+        return None
+    _, fit = refitted(np.where(np.array(channels) == found.channels[0], -1.0, 1.0))
     # nothing hangs upwards: more than that one axis is turned
-    return found if found is None or weight_n[found.channels[0]] > 0 else None
+    return found if fit.values.weight_n > 0 else None
 
 
 def _norm(parts: Sequence[FloatArray], sd: FloatArray) -> float:

@@ -129,8 +129,7 @@ def ground_wrenches(log: Log, motion: Motion, room: float = 1.0) -> FloatArray:
     moment = np.cross(point - known["foot_pos_m"], force)
     back = known["foot_rot_wt"].transpose(0, 1, 3, 2)
     wrench = np.concatenate(
-        [np.einsum("nkij,nkj->nki", back, force), np.einsum("nkij,nkj->nki", back, moment)],
-        axis=-1,
+        [np.einsum("nkij,nkj->nki", back, force), np.einsum("nkij,nkj->nki", back, moment)], axis=-1
     )
     wrench += applied_below(log, known["foot_weight_n"])
     return np.asarray(wrench.reshape(len(log), -1))

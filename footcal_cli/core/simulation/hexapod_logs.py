@@ -49,9 +49,7 @@ def offset_values(robot: Hexapod) -> dict[str, float]:
     return {
         f"{channel.split('.')[0]}.offset_{channel.split('.')[1]}": value
         for channel, value in zip(
-            robot.channels,
-            (v for leg in robot.legs.values() for v in leg.offset),
-            strict=True,
+            robot.channels, (v for leg in robot.legs.values() for v in leg.offset), strict=True
         )
     }
 

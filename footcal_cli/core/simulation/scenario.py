@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -13,13 +12,10 @@ from footcal_cli.core.effects.calibration import AXES, OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Effect, units_of
 from footcal_cli.core.effects.six_axis import MOUNT_ROTATION, MOUNT_TRANSLATION
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT, HANGINGS
-from footcal_cli.core.log import Log
+from footcal_cli.core.log import ExperimentName, Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.ankle_logs import ankle_logs
-from footcal_cli.core.simulation.bench_logs import (
-    placements_log,
-    weights_logs,
-)
+from footcal_cli.core.simulation.bench_logs import placements_log, weights_logs
 from footcal_cli.core.simulation.biped_logs import BipedLogs, Course, MotionAt, biped_logs, standing
 from footcal_cli.core.simulation.columns import (
     Columns,
@@ -34,11 +30,7 @@ from footcal_cli.core.simulation.columns import (
     wrenches_columns,
 )
 from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.hexapod_logs import (
-    hang_log,
-    offset_values,
-    pose_log,
-)
+from footcal_cli.core.simulation.hexapod_logs import hang_log, offset_values, pose_log
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import stream
 from footcal_cli.core.simulation.plans import Plans, Spread
@@ -48,7 +40,6 @@ from footcal_cli.errors import UsageError
 
 _OFFSET_SHARE, _OFFSET_ARM_M = 0.01, 0.1
 """Sd of the offset of an ankle's forces, as a share of the weight, and what makes it a torque's."""
-ExperimentName = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
 ON_FEET = ("weights", "placements", "stand", "walk")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -48,25 +48,21 @@ def memory_sensitivity(
     belief: Belief,
     truth: Replayed | Reference,
     settings: Sequence[str] | None = None,
-    factors: FloatArray = FACTORS,
     min_force_n: float = MIN_FORCE_N,
 ) -> list[Sensitivity]:
     """RMSE of the filter with each noise scaled, all in one batched pass."""
     names = list(settings or (f.name for f in fields(Noise)))
     base = {f.name: float(np.asarray(getattr(memory.noise, f.name))) for f in fields(Noise)}
-    size = len(names) * factors.size
-    table = {name: np.full(size, value) for name, value in base.items()}
-    for i, name in enumerate(names):
-        table[name][i * factors.size : (i + 1) * factors.size] *= factors
+    table = _one_by_one(base, names)
     late = memory.log.time_s - memory.log.time_s[0] > SETTLING_S
     _, values, momentary = run_settings(memory.rows, Noise(**table))
     scores = []
-    for b in range(size):
+    for b in range(len(names) * FACTORS.size):
         own = None if momentary is None else momentary[:, b]
         track = replace(memory.track, values=values[:, b], momentary=own)
         error = errors_against(replay_track("memory", memory, track, belief, min_force_n), truth)
         scores.append((rms(error.cop_m[late]), rms(error.vgrf_n[late])))
-    return _curves(names, factors, np.array(scores))
+    return _curves(names, np.array(scores))
 
 
 def window_sensitivity(
@@ -75,28 +71,33 @@ def window_sensitivity(
     weights: Weights,
     truth: Replayed | Reference,
     rule: WindowRule | None = None,
-    factors: FloatArray = FACTORS,
 ) -> list[Sensitivity]:
     """RMSE of the paper's window with ωF, ωP, ωS scaled, all in one batched pass."""
     rule = rule or WindowRule()
     names = ("force", "cop", "smooth")
-    table = {n: np.full(3 * factors.size, float(np.asarray(getattr(weights, n)))) for n in names}
-    for i, name in enumerate(names):
-        table[name][i * factors.size : (i + 1) * factors.size] *= factors
+    table = _one_by_one({n: float(np.asarray(getattr(weights, n))) for n in names}, names)
     track = run_window_fast(log, belief, Weights(**table), rule)
     late = log.time_s - log.time_s[0] > SETTLING_S
     scores = []
-    for b in range(3 * factors.size):
+    for b in range(3 * FACTORS.size):
         error = errors_against(
             replay_window("window", log, belief, track, b, rule.min_force_n), truth
         )
         scores.append((rms(error.cop_m[late]), rms(error.vgrf_n[late])))
-    return _curves(["omega_f", "omega_p", "omega_s"], factors, np.array(scores))
+    return _curves(["omega_f", "omega_p", "omega_s"], np.array(scores))
 
 
-def _curves(names: Sequence[str], factors: FloatArray, scores: FloatArray) -> list[Sensitivity]:
-    f = factors.size
+def _one_by_one(base: Mapping[str, float], names: Sequence[str]) -> dict[str, FloatArray]:
+    """Settings in which one after the other is scaled by every factor, shape (names · factors,)."""
+    table = {name: np.full(len(names) * FACTORS.size, value) for name, value in base.items()}
+    for i, name in enumerate(names):
+        table[name][i * FACTORS.size : (i + 1) * FACTORS.size] *= FACTORS
+    return table
+
+
+def _curves(names: Sequence[str], scores: FloatArray) -> list[Sensitivity]:
+    f = FACTORS.size
     return [
-        Sensitivity(name, factors, scores[i * f : (i + 1) * f, 0], scores[i * f : (i + 1) * f, 1])
+        Sensitivity(name, FACTORS, scores[i * f : (i + 1) * f, 0], scores[i * f : (i + 1) * f, 1])
         for i, name in enumerate(names)
     ]

@@ -162,13 +162,7 @@ def _steps(
         force = (pair.plus[:, :3] - leak).mean(axis=0)
         torque = (pair.plus[:, 3:] - np.cross(arm, leak)).mean(axis=0)
         offsets.append(np.concatenate([force, torque]))
-    return StepwiseFit(
-        leg,
-        float(np.mean(weights)),
-        np.mean(offsets, axis=0),
-        com,
-        turn_of_run,
-    )
+    return StepwiseFit(leg, float(np.mean(weights)), np.mean(offsets, axis=0), com, turn_of_run)
 
 
 def _pairs(runs: Sequence[HangRun]) -> list[_Pair]:

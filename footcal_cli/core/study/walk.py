@@ -12,11 +12,7 @@ from footcal_cli.core.online.comparison import Comparison
 from footcal_cli.core.online.replay import Replayed
 from footcal_cli.core.parameters import Estimates, Status
 from footcal_cli.core.quality import Finding
-from footcal_cli.core.study.sensitivity import (
-    Sensitivity,
-    memory_sensitivity,
-    window_sensitivity,
-)
+from footcal_cli.core.study.sensitivity import Sensitivity, memory_sensitivity, window_sensitivity
 from footcal_cli.core.study.window import WindowRule
 from footcal_cli.core.study.windows import QUIET_S, GivenWeights, Windowed, run_windows
 

@@ -210,44 +210,54 @@ def run_window(
     """
     rule = rule or WindowRule()
     problem = _Problem.of(log, belief, static=static)
-    force_w, cop_w, smooth_w = squares = problem.weighed(weights, rule)
-    settings, c = force_w.size, len(log.channels)
+    squares = problem.weighed(weights, rule)
     unit = np.concatenate([belief.gain_sd, belief.bias_sd_n])
     ends = np.arange(rule.every, len(log) + 1, rule.every)
     first = np.searchsorted(problem.rows, ends - rule.samples)
     stop = np.searchsorted(problem.rows, ends)
-    theta = np.zeros((settings, 2 * c))
-    solutions = np.empty((ends.size, settings, 2 * c))
+    solutions = np.empty((ends.size, squares.force.size, unit.size))
     loops = window_loops() if fast else None
-    if loops is not None:
-        loops.window_exact(
-            problem.plain(unit), squares, first, stop, rule.iterations,
-            rule.largest_step, rule.min_force_n, solutions,
-        )  # fmt: skip
-        return _track(log, ends, solutions * unit)
-    identity = np.eye(2 * c)
-    for j in range(ends.size):
-        part = slice(first[j], stop[j])
-        n = part.stop - part.start
-        if n:
+    solve = _window_exact if loops is None else loops.window_exact
+    solve(
+        problem.plain(unit), squares, first, stop, rule.iterations, rule.largest_step,
+        rule.min_force_n, solutions,
+    )  # fmt: skip
+    return _track(log, ends, solutions * unit)
+
+
+def _window_exact(
+    samples: Samples,
+    squares: Squares,
+    first: IntArray,
+    stop: IntArray,
+    iterations: int,
+    largest_step: float,
+    min_force_n: float,
+    solutions: FloatArray,
+) -> None:
+    """`window_loops.window_exact` in array code."""
+    (force_w, cop_w, smooth_w), unit = squares, samples.unit
+    theta, identity = np.zeros((force_w.size, unit.size)), np.eye(unit.size)
+    for j, part in enumerate(map(slice, first, stop)):
+        if part.stop > part.start:
             previous = theta
-            believed, positions = problem.believed[part], problem.positions[part]
-            features = np.concatenate([believed, np.ones((n, c))], axis=1) * unit
+            believed, positions = samples.believed[part], samples.positions[part]
+            features = np.concatenate([believed, np.ones_like(believed)], axis=1) * unit
             axes = np.concatenate([positions, positions], axis=1)
             # the force row does not depend on θ: its normal matrix serves all iterations
             force_normal = features.T @ features
-            for _ in range(rule.iterations):
+            for _ in range(iterations):
                 total = believed.sum(axis=1) + theta @ features.T
                 moment = np.einsum("nc,nck->nk", believed, positions) + np.einsum(
                     "bp,np,npk->bnk", theta, features, axes
                 )
-                carried = total > rule.min_force_n
+                carried = total > min_force_n
                 safe = np.where(carried, total, 1.0)
                 cop = moment / safe[:, :, None]
                 slope = (axes[None] - cop[:, :, None, :]) * (features / safe[:, :, None])[..., None]
                 slope *= carried[:, :, None, None]
-                miss = (cop - problem.cop[part]) * carried[:, :, None]
-                force_miss = total - problem.fz[part]
+                miss = (cop - samples.cop[part]) * carried[:, :, None]
+                force_miss = total - samples.fz[part]
                 normal = force_w[:, None, None] * force_normal
                 normal = normal + cop_w[:, None, None] * _gram(slope)
                 normal = normal + smooth_w[:, None, None] * identity
@@ -255,9 +265,8 @@ def run_window(
                 pull = pull + cop_w[:, None] * np.einsum("bnpk,bnk->bp", slope, miss)
                 pull = pull + smooth_w[:, None] * (theta - previous)
                 step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
-                theta = theta + np.clip(step, -rule.largest_step, rule.largest_step)
+                theta = theta + np.clip(step, -largest_step, largest_step)
         solutions[j] = theta
-    return _track(log, ends, solutions * unit)
 
 
 def _track(log: Log, ends: IntArray, solutions: FloatArray) -> WindowTrack:
@@ -294,8 +303,7 @@ def run_window_fast(
     """
     rule = rule or WindowRule()
     problem = _Problem.of(log, belief, static=static)
-    force_w, cop_w, smooth_w = squares = problem.weighed(weights, rule)
-    c = len(log.channels)
+    squares = problem.weighed(weights, rule)
     unit = np.concatenate([belief.gain_sd, belief.bias_sd_n])
     # sums per block of samples between updates, then over the blocks of the window
     blocks = len(log) // rule.every
@@ -303,17 +311,29 @@ def run_window_fast(
     edges = np.searchsorted(problem.rows // rule.every, np.arange(blocks + 1))
     length = max(rule.samples // rule.every, 1)
     bound = rule.largest_step * rule.iterations
-    solutions = np.empty((blocks, force_w.size, 2 * c))
+    solutions = np.empty((blocks, squares.force.size, unit.size))
     loops = window_loops() if fast else None
-    if loops is not None:
-        loops.window_sums(problem.plain(unit), squares, edges, length, bound, solutions)
-        return _track(log, ends, solutions * unit)
-    n, believed = problem.rows.size, problem.believed
-    features = np.concatenate([believed, np.ones((n, c))], axis=1) * unit
-    arms = (problem.positions - problem.cop[:, None]) / problem.fz[:, None, None]
+    solve = _window_sums if loops is None else loops.window_sums
+    solve(problem.plain(unit), squares, edges, length, bound, solutions)
+    return _track(log, ends, solutions * unit)
+
+
+def _window_sums(
+    samples: Samples,
+    squares: Squares,
+    edges: IntArray,
+    length: int,
+    bound: float,
+    solutions: FloatArray,
+) -> None:
+    """`window_loops.window_sums` in array code."""
+    (force_w, cop_w, smooth_w), blocks = squares, edges.size - 1
+    believed, unit = samples.believed, samples.unit
+    features = np.concatenate([believed, np.ones_like(believed)], axis=1) * unit
+    arms = (samples.positions - samples.cop[:, None]) / samples.fz[:, None, None]
     axes = np.concatenate([arms, arms], axis=1)
     moments = features[:, :, None] * axes
-    force_miss = believed.sum(axis=1) - problem.fz
+    force_miss = believed.sum(axis=1) - samples.fz
     moment_miss = np.einsum("nc,nck->nk", believed, arms)
 
     def slide(values: FloatArray) -> FloatArray:
@@ -330,8 +350,8 @@ def run_window_fast(
     cop_normal = slide(np.einsum("npk,nqk->npq", moments, moments))
     force_pull = slide(features * force_miss[:, None])
     cop_pull = slide(np.einsum("npk,nk->np", moments, moment_miss))
-    theta = np.zeros((force_w.size, 2 * c))
-    ridge = smooth_w[:, None, None] * np.eye(2 * c)
+    theta = np.zeros((force_w.size, unit.size))
+    ridge = smooth_w[:, None, None] * np.eye(unit.size)
     for j in range(blocks):
         normal = force_w[:, None, None] * force_normal[j] + cop_w[:, None, None] * cop_normal[j]
         pull = force_w[:, None] * (force_pull[j] + theta @ force_normal[j])
@@ -339,4 +359,3 @@ def run_window_fast(
         step = -np.linalg.solve(normal + ridge, pull[:, :, None])[:, :, 0]
         theta = theta + np.clip(step, -bound, bound)
         solutions[j] = theta
-    return _track(log, ends, solutions * unit)

@@ -12,13 +12,15 @@ from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, sw
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import stand, walk
+from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.experiments.walk import channel_contact, reference_of
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.lines import Series, swing_series
 from footcal_cli.core.inference.tracking import gain_and_bias
+from footcal_cli.core.log import Log
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.online.weighed import weighed_by_each_foot
-from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.core.parameters import BoolArray, ParameterSet
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import whole_rows
 from footcal_cli.errors import DataError
@@ -60,30 +62,12 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     logs, steps, noises = [], [], []
     for recording in recordings:
         merged = recording.merged
-        log = merged.log
-        good = np.isfinite(log.readings).all(axis=1)
-        if kind == "stand":
-            good &= quiet_rows(asked, recording)
         if kind == "walk":
             session.note(_weighed(recording, session.recipe.robot.mass_kg or 1.0))
-        for name in experiment.known:
-            if name != "contact" and name in log.known:
-                finite = whole_rows(log.known[name])
-                # insoles without a robot know no CoM at all; their weight still balances
-                good &= finite if finite.any() else True
-        log = log.with_known(airborne=airborne(log.known["contact"]))
-        if recording.temperature_degc is not None:
-            log = log.with_known(temperature_degc=recording.temperature_degc)
         steps.append(steps_of(merged.raw))
-        noises.append(noise_of_smoothed(merged.raw, log.readings, merged.rate_hz))
-        if kind == "walk":
-            log = swings_apart(log, merged.raw, merged.rate_hz)
-        if not (np.nan_to_num(log.known["contact"][good]) != 0.0).any():
-            raise DataError(
-                "no sample can be used: no foot is known to stand", file=recording.name,
-                remedy="check contact, mass, units and the calibration (footcal check)",
-            )  # fmt: skip
-        logs.append(cut_balanced(log.at(np.asarray(good))))
+        noises.append(noise_of_smoothed(merged.raw, merged.log.readings, merged.rate_hz))
+        quiet = None if kind == "walk" else quiet_rows(asked, recording)
+        logs.append(_log_of(recording, experiment, quiet))
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
     belief = recordings[0].belief
@@ -124,6 +108,29 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         reading_noise_n=float(np.median(scale * np.median(noises, axis=0))),
     )
     return CaseRead(case, [], unseen_walking() if kind == "walk" else {})
+
+
+def _log_of(recording: Recording, experiment: Experiment, quiet: BoolArray | None) -> Log:
+    """The samples of a recording that its balance can use, in blocks."""
+    merged, log = recording.merged, recording.merged.log
+    good = np.isfinite(log.readings).all(axis=1)
+    good &= True if quiet is None else quiet
+    for name in experiment.known:
+        if name != "contact" and name in log.known:
+            finite = whole_rows(log.known[name])
+            # insoles without a robot know no CoM at all; their weight still balances
+            good &= finite if finite.any() else True
+    log = log.with_known(airborne=airborne(log.known["contact"]))
+    if recording.temperature_degc is not None:
+        log = log.with_known(temperature_degc=recording.temperature_degc)
+    if experiment is walk.EXPERIMENT:
+        log = swings_apart(log, merged.raw, merged.rate_hz)
+    if not (np.nan_to_num(log.known["contact"][good]) != 0.0).any():
+        raise DataError(
+            "no sample can be used: no foot is known to stand", file=recording.name,
+            remedy="check contact, mass, units and the calibration (footcal check)",
+        )  # fmt: skip
+    return cut_balanced(log.at(np.asarray(good)))
 
 
 def _weighed(recording: Recording, stated_kg: float) -> tuple[Finding, ...]:

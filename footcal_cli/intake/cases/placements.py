@@ -54,29 +54,10 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         mine = np.flatnonzero(foot == name)
         if timed:
             mine = mine[np.argsort(stamps[mine], kind="stable")]
-        # readings in a row with the same weight in the same hole are one placement; a weight put
-        # there again later is another, and all that lies on a hole in one go is one block
-        key = np.column_stack([hole[mine].round(6), load[mine].round(6)])
-        placement = np.cumsum(np.any(np.diff(key, axis=0, prepend=key[:1]) != 0, axis=1))
-        number = int(placement.max()) + 1
-
-        def mean(values: FloatArray, at: Any = mine, of: Any = placement, n: int = number) -> Any:
-            return np.stack([values[at][of == p].mean(axis=0) for p in range(n)])
-
-        place = mean(hole)
-        moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
-        block = np.cumsum(moved)
-        when = mean(stamps) if timed else np.arange(float(number))
+        when = stamps[mine] if timed else None
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
-        known = {
-            "load_n": mean(load),
-            "hole_m": place,
-            "hole": np.unique(place.round(6), axis=0, return_inverse=True)[1].ravel(),
-            "cell_pos_m": np.tile(position, (number, 1, 1)),
-        }
         channels = tuple(f"{name}_{cell}" for cell in cells)
-        known["round"] = _round_of(np.column_stack([place, mean(load)]).round(6))
-        logs.append(Log("placements", channels, when, mean(counts), known, block.astype(np.int64)))
+        logs.append(_log_of(channels, position, hole[mine], load[mine], counts[mine], when))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
     chain, values = chain_of(_needed(session), channels, EXPERIMENT.calibration)
     for log in logs:
@@ -101,6 +82,40 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     findings += _labels_found(elsewhere)
     untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
     return CaseRead(case, findings, untested | _left_out_with(session, load))
+
+
+def _log_of(
+    channels: tuple[str, ...],
+    position_m: FloatArray,
+    hole_m: FloatArray,
+    load_n: FloatArray,
+    counts: FloatArray,
+    stamps: FloatArray | None,
+) -> Log:
+    """The placements of one foot from its readings in their order.
+
+    Readings in a row with the same weight in the same hole are one placement; a weight put there
+    again later is another, and all that lies on a hole in one go is one block.
+    """
+    key = np.column_stack([hole_m.round(6), load_n.round(6)])
+    placement = np.cumsum(np.any(np.diff(key, axis=0, prepend=key[:1]) != 0, axis=1))
+    number = int(placement.max()) + 1
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.stack([values[placement == p].mean(axis=0) for p in range(number)])
+
+    place = mean(hole_m)
+    moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
+    known = {
+        "load_n": mean(load_n),
+        "hole_m": place,
+        "hole": np.unique(place.round(6), axis=0, return_inverse=True)[1].ravel(),
+        "cell_pos_m": np.tile(position_m, (number, 1, 1)),
+        "round": _round_of(np.column_stack([place, mean(load_n)]).round(6)),
+    }
+    when = np.arange(float(number)) if stamps is None else mean(stamps)
+    block = np.cumsum(moved).astype(np.int64)
+    return Log("placements", channels, when, mean(counts), known, block)
 
 
 def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:

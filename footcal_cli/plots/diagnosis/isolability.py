@@ -127,11 +127,7 @@ def _now(found: Investigation, signatures: Sequence[Signature]) -> FloatArray:
     problem = found.problem
     index = {s: i for i, s in enumerate(problem.signatures)}
     chosen = [index[s] for s in signatures]
-    part = replace(
-        problem,
-        columns=problem.columns[:, chosen],
-        signatures=tuple(signatures),
-    )
+    part = replace(problem, columns=problem.columns[:, chosen], signatures=tuple(signatures))
     left = part.left()
     norm = np.sqrt(np.sum(left**2, axis=0))
     unit = left / np.where(norm > 0, norm, 1.0)

@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.suspects import (
-    Followed,
-    Suspect,
-    followed,
-    survivors,
-    suspects_of,
-)
+from footcal_cli.core.diagnosis.suspects import Followed, Suspect, followed, survivors, suspects_of
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import DiagnosisRecord, FollowedRecord, SuspectRecord

@@ -13,6 +13,7 @@ from footcal_cli.core.diagnosis.joint_hypotheses import JointSize
 from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis, SizeSeen
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.quality import Finding
 from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.plots.words import words
@@ -83,7 +84,7 @@ def _said(joint: JointDiagnosis) -> tuple[str, list[str]]:
 def _cause_words(item: JointSize) -> str:
     cause = item.cause
     rivals = [name for name in item.rivals if name != cause.effect]
-    size = _largest(item)
+    size = with_interval(_surest(item), item.cause.unit)
     said = f"{words(cause.effect)}{place_words(cause.where)}, {size}"
     if not rivals:
         return said
@@ -91,11 +92,10 @@ def _cause_words(item: JointSize) -> str:
     return f"Either {either}: these experiments together cannot distinguish them"
 
 
-def _largest(item: JointSize) -> str:
+def _surest(item: JointSize) -> Interval:
     """The size that is surest not to be nothing."""
     known = [s for s in item.size if np.isfinite(s.value)]
-    surest = max(known, key=lambda s: abs(s.value) / max(s.high - s.low, 1e-300))
-    return with_interval(surest, item.cause.unit)
+    return max(known, key=lambda s: abs(s.value) / max(s.high - s.low, 1e-300))
 
 
 def _contradiction(item: JointSize) -> str:
@@ -154,7 +154,8 @@ def size_sheet(joint: JointDiagnosis) -> Sheet:
         probability = 100 * item.rivals[item.cause.effect]
         rows.append(
             (
-                words(item.cause.effect), item.cause.where, _largest(item), *seen, agreement,
+                words(item.cause.effect), item.cause.where,
+                with_interval(_surest(item), item.cause.unit), *seen, agreement,
                 f"{min(probability, 99.9):.3g} %",
             )
         )  # fmt: skip
@@ -270,8 +271,7 @@ def _experiment_record(single: SingleDiagnosis, joint: JointDiagnosis) -> Experi
 def _cause_record(
     item: JointSize, joint: JointDiagnosis, table: Mapping[str, Effect]
 ) -> CauseRecord:
-    known = [s for s in item.size if np.isfinite(s.value)]
-    size = max(known, key=lambda s: abs(s.value) / max(s.high - s.low, 1e-300))
+    size = _surest(item)
     own = [
         f.cause
         for single in joint.singles

@@ -30,29 +30,72 @@ def pictures_of(
     seed: int,
 ) -> tuple[Picture, ...]:
     """All figures of one investigation."""
+    if found.verdict is Verdict.BAD_DATA:
+        # what is fitted to wrong readings shows nothing; the largest error does
+        return (_jump(found) if found.once else _driver(found),)
+    return (
+        # a jump repeats with no signal, nor from block to block
+        *((_jump(found),) if found.once else (_driver(found), _line_up(found, seed))),
+        *_held_out(found),
+        Picture(
+            "isolability",
+            lambda: isolability.plot_isolability(found, table, menu),
+            isolability.CAPTION if menu is None or menu.best is None else isolability.AFTER_CAPTION,
+            title="Which effects look alike",
+            result=lambda: isolability.alike(found),
+        ),
+        *((_movement(moved),) if moved and found.found else ()),
+        Picture(
+            "null_gallery",
+            lambda: null.plot_null(found),
+            null.caption(found),
+            title="Largest statistic of the data and by chance",
+            result=lambda: null.in_words(found),
+        ),
+    )
+
+
+def _driver(found: Investigation) -> Picture:
     named = bool(found.found)
-    drawn = [
-        Picture(
-            "residual_against_driver",
-            lambda: residuals.plot_driver(found),
-            residuals.caption(named=named),
-            title="Residual before and after the identified effect"
-            if named
-            else "Residual against the signal that predicts it best",
-            result=lambda: residuals.in_words(found),
-        ),
-        Picture(
-            "line_up",
-            lambda: line_up.plot_line_up(found, seed),
-            line_up.LINE_UP_CAPTION,
-            title="The data among nineteen random panels",
-            result=lambda: f"The data are in panel {line_up.place_of_data(seed)}.",
-        ),
+    return Picture(
+        "residual_against_driver",
+        lambda: residuals.plot_driver(found),
+        residuals.caption(named=named),
+        title="Residual before and after the identified effect"
+        if named
+        else "Residual against the signal that predicts it best",
+        result=lambda: residuals.in_words(found),
+    )
+
+
+def _jump(found: Investigation) -> Picture:
+    return Picture(
+        "jump",
+        lambda: jump.plot_jump(found),
+        jump.caption(found),
+        title=jump.title(found),
+        result=lambda: jump.in_words(found),
+    )
+
+
+def _line_up(found: Investigation, seed: int) -> Picture:
+    return Picture(
+        "line_up",
+        lambda: line_up.plot_line_up(found, seed),
+        line_up.LINE_UP_CAPTION,
+        title="The data among nineteen random panels",
+        result=lambda: f"The data are in panel {line_up.place_of_data(seed)}.",
+    )
+
+
+def _held_out(found: Investigation) -> tuple[Picture, ...]:
+    """How well blocks are predicted that were left out of the fit."""
+    return (
         Picture(
             "gain_per_block",
             lambda: gains.plot_gains(found),
             "Each block was left out of the fit that predicts it.",
-            title="Error of each held-out block" + (" before and after" if named else ""),
+            title="Error of each held-out block" + (" before and after" if found.found else ""),
             result=lambda: gains.in_words(found),
         ),
         Picture(
@@ -62,42 +105,14 @@ def pictures_of(
             title="Held-out error of each model",
             result=lambda: ladder.in_words(found),
         ),
-        Picture(
-            "isolability",
-            lambda: isolability.plot_isolability(found, table, menu),
-            isolability.CAPTION if menu is None or menu.best is None else isolability.AFTER_CAPTION,
-            title="Which effects look alike",
-            result=lambda: isolability.alike(found),
-        ),
-    ]
-    if moved and found.found:
-        drawn.append(
-            Picture(
-                "movement",
-                lambda: movement.plot_movement(moved),
-                movement.MOVEMENT_CAPTION,
-                title="Change of each calibration parameter",
-                result=lambda: movement.in_words(moved),
-            )
-        )
-    drawn.append(
-        Picture(
-            "null_gallery",
-            lambda: null.plot_null(found),
-            null.caption(found),
-            title="Largest statistic of the data and by chance",
-            result=lambda: null.in_words(found),
-        )
     )
-    if found.once:
-        # nothing that repeats with a signal, nor from block to block
-        once = Picture(
-            "jump",
-            lambda: jump.plot_jump(found),
-            jump.caption(found),
-            title=jump.title(found),
-            result=lambda: jump.in_words(found),
-        )
-        drawn[:2] = [once]
-    # what is fitted to wrong readings shows nothing; the largest error does
-    return tuple(drawn[:1] if found.verdict is Verdict.BAD_DATA else drawn)
+
+
+def _movement(moved: tuple[Movement, ...]) -> Picture:
+    return Picture(
+        "movement",
+        lambda: movement.plot_movement(moved),
+        movement.MOVEMENT_CAPTION,
+        title="Change of each calibration parameter",
+        result=lambda: movement.in_words(moved),
+    )

@@ -120,7 +120,7 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
         rivals=tuple(dict.fromkeys(r.effect for r in cause.rivals)),
         places=tuple(dict.fromkeys(s.where for s in cause.places)),
         probability=cause.probability,
-        matters=matters(found, item),
+        matters=matters(item),
         remedy=remedy_of(found, item),
     )  # fmt: skip
 

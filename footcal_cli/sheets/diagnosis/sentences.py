@@ -99,7 +99,7 @@ def _repeats(found: Investigation) -> str | None:
 
 def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """One name or several, and nothing else."""
-    lead = "Cause" if any(matters(found, f) for f in found.found) else "Nothing that matters"
+    lead = "Cause" if any(matters(f) for f in found.found) else "Nothing that matters"
     small = _repeats(found)
     rest = "No other effect passes the tests"
     if small is not None:

@@ -198,7 +198,7 @@ def _plain(reason: str) -> str:
     return reason.split(";")[0]
 
 
-def matters(found: Investigation, item: Found) -> bool:
+def matters(item: Found) -> bool:
     """Whether a cause is as large as what matters: another question than whether it is there."""
     signature = item.cause.signature
     rows = [r for r in item.answer.effects if r.signature.effect == signature.effect]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit

@@ -7,9 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.effects.calibration import OFFSET
+from footcal_cli.core.effects.calibration import AXES, OFFSET
 from footcal_cli.core.effects.six_axis import OFFSET_CHANGE
-from footcal_cli.core.hang.model import AXES
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -53,9 +52,7 @@ def outcome_of(
     return Outcome(
         title=f"Offsets again, from standing: {robot}",
         verdict=VerdictRecord(
-            level=offset_level(found),
-            sentence=offset_sentence(found, names),
-            details=found.words,
+            level=offset_level(found), sentence=offset_sentence(found, names), details=found.words
         ),
         pictures=pictures,
         sheets=(offset_sheet(found, names),),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from footcal_cli.core.hang.model import AXES
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.pose.series import SEEN, UNKNOWN, SeriesFit, series_words
 from footcal_cli.plots.pose import plot_series
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
