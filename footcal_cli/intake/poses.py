@@ -12,6 +12,7 @@ from footcal_cli.core.pose.data import PoseData, pose_data
 from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
 from footcal_cli.core.pose.intake import Frames, pose_log
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.legs import (
     WRENCH_COLUMNS,
@@ -198,11 +199,17 @@ def known_legs(session: Session[Any]) -> tuple[LegKnowledge, ...]:
             f"{command} needs the robot's mass and the nominal mounting of its legs",
             file=session.recipe.path, remedy="add mass_kg and [robot.legs.…] to the recipe",
         )  # fmt: skip
-    values = session.parameters.values
+    values, covariance_of = session.parameters.values, session.parameters.covariance_of
+    hung = session.recipe.options.get("hang_calib", {})
+    by_body = hung.get("orientation_of") == "body"
     try:
         return tuple(
-            stored_knowledge(leg, values, session.parameters.covariance_of) for leg in robot.legs
-        )
+            stored_knowledge(
+                leg, values, covariance_of,
+                rotation_of_rpy(spec.rotation_rpy_rad) if by_body else None,
+            )
+            for leg, spec in robot.legs.items()
+        )  # fmt: skip
     except KeyError as error:
         raise UsageError(
             f"the calibration has no parameter {error}", file=session.request.parameters,
