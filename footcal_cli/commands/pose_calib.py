@@ -46,7 +46,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         )
     with session.step("read"):
         data, legs, rejected = read_poses(session, options)
-    noise_sd, noise_known = noise_sd_of(options, len(legs))
+    noise_sd, noise_known = noise_sd_of(options, len(legs), data.robot_weight_n)
     free = PoseOptions(
         errors_in_variables=options.errors_in_variables,
         com_sd_m=options.com_sd_m,
@@ -103,7 +103,7 @@ def _offsets(session: Session[PoseCalibOptions]) -> Outcome:
         )
     assert session.parameters is not None, "checked while reading"
     mounted = Mounted.of(session.parameters.values, data.geometry)
-    noise_sd, noise_known = noise_sd_of(options, len(legs))
+    noise_sd, noise_known = noise_sd_of(options, len(legs), data.robot_weight_n)
     wanted = (options.wanted_force_sd_n, options.wanted_torque_sd_nm)
     with session.step("fit"):
         fit = refit_offsets(data, legs, mounted, noise_sd, wanted, noise_known=noise_known)

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from footcal_cli.tables.table import Table
 
 _MOST_NAMED = 8
+_FORCE_SD_N, _FORCE_SHARE = 0.05, 5e-4
+"""Noise of a pose's force where nobody says it and too few poses show it: of a small robot, and by
+the weight of one whose transducers have a larger range."""
 
 
 def read_poses(
@@ -85,9 +88,11 @@ def read_steps(
     return data, legs, along, frames.rejected
 
 
-def noise_sd_of(options: PoseCalibOptions, legs: int) -> tuple[FloatArray, bool]:
+def noise_sd_of(
+    options: PoseCalibOptions, legs: int, robot_weight_n: float
+) -> tuple[FloatArray, bool]:
     """Noise per leg and channel (K, 6), and whether its level is known."""
-    force = options.force_sd_n or 0.05
+    force = options.force_sd_n or max(_FORCE_SD_N, _FORCE_SHARE * robot_weight_n)
     torque = options.torque_sd_nm or 0.1 * force
     known = options.force_sd_n is not None and options.torque_sd_nm is not None
     return np.tile([force] * 3 + [torque] * 3, (legs, 1)), known

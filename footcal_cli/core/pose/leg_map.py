@@ -12,6 +12,9 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
 
+_SLOPES = 36
+"""Of six balances by six readings of a leg; six means besides."""
+
 
 @dataclass(frozen=True)
 class LegMap:
@@ -25,7 +28,8 @@ class LegMap:
     share
         Part of the residual's square that each leg foretells, shape (K,).
     p
-        Chance of such a share without any fault, shape (K,).
+        Chance of such a share without any fault, shape (K,); 1 where so few poses are left beside
+        the mounting that any leg's readings fit the residual.
     """
 
     foretold: FloatArray
@@ -50,7 +54,10 @@ def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:
         part = float(np.sum(own**2)) / total if total > 0 else 0.0
         foretold.append(np.linalg.norm(own, axis=1))
         share.append(part)
-        freedom = 36, max(6 * poses - 42, 1)
+        if fit.left <= _SLOPES + 6:
+            chance.append(1.0)
+            continue
+        freedom = _SLOPES, 6 * poses - _SLOPES - 6
         ratio = part / freedom[0] / max((1.0 - part) / freedom[1], np.finfo(float).tiny)
         chance.append(float(f_distribution.sf(ratio, *freedom)))
     return LegMap(np.array(foretold), np.array(share), np.array(chance))

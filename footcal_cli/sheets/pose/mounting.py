@@ -11,7 +11,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import CommonShift
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.departures import Departure, departures
-from footcal_cli.core.pose.joint import PoseFit
+from footcal_cli.core.pose.joint import FEWEST_LEFT, PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.mounted import Mounted, in_floating_base
 from footcal_cli.core.pose.selection import Candidate
@@ -241,14 +241,22 @@ def verdict(
     if unplaced:
         sentence = f"{sentence} All hips are shifted alike, or the CoM of the chassis is elsewhere."
     noisy = fit.options.noise_known and fit.noise_factor > _NOISY
+    few = fit.left < FEWEST_LEFT
     actions: tuple[str, ...] = ()
+    if few:
+        sentence = f"{sentence} So few poses do not show whether anything is wrong."
+        needed = -((6 * fit.poses - fit.left + FEWEST_LEFT) // -6)
+        actions = (
+            f"Record at least {needed} poses: {fit.poses} leave nothing to check the fit by.",
+        )
     if noisy:
         actions = (
+            *actions,
             f"Run diagnose: the balance is {fit.noise_factor:.1f} times noisier than the stated "
             "noise of the sensors, so something is not in the model.",
         )
     return VerdictRecord(
-        level="warning" if noisy or contradicted or unplaced else "good",
+        level="warning" if noisy or contradicted or unplaced or few else "good",
         sentence=sentence,
         actions=(*actions, _GIVE_COM) if unplaced else actions,
         details=tuple(details),
