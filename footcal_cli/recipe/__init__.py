@@ -205,8 +205,9 @@ class Robot(Frozen):
     @property
     def mass_share_sd(self) -> float:
         """Sd of the mass as a share of it."""
-        known = self.mass_sd_kg is not None and self.mass_kg is not None
-        return self.mass_sd_kg / self.mass_kg if known else STATED_MASS_SD
+        if self.mass_sd_kg is None or self.mass_kg is None:
+            return STATED_MASS_SD
+        return self.mass_sd_kg / self.mass_kg
 
     @property
     def least_force_n(self) -> float:
