@@ -263,6 +263,14 @@ def test_a_fit_that_did_not_converge_is_not_good() -> None:
     assert found.verdict.level == "bad"
 
 
+@pytest.mark.parametrize("code", ["stuck_channel", "leg_elsewhere"])
+def test_no_command_starts_from_a_fit_to_a_frozen_channel_or_a_leg_elsewhere(code: str) -> None:
+    wrong = Finding(code, "alarm", "fl", "the readings cannot be right", "look")
+    found = trusted(replace(outcome(), parameters=calibration(), findings=(wrong,)))
+    assert not found.usable
+    assert found.verdict.sentence == "fl: the readings cannot be right."
+
+
 def test_what_is_wrong_with_the_wiring_stands_before_what_follows_from_it() -> None:
     follows = Finding("negative_leg_weight", "alarm", "fl", "the leg weighs -1 N", "look")
     wrong = Finding("axis_turned", "alarm", "fl.fx", "fx reads with the sign reversed", "turn it")
