@@ -35,7 +35,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
     from footcal_cli.core.pose.seating import standing_axes
     from footcal_cli.core.pose.study import study_mounting
     from footcal_cli.errors import UsageError
-    from footcal_cli.intake.poses import noise_sd_of, read_poses
+    from footcal_cli.intake.poses import noise_sd_of, read_poses, weight_sd_of
     from footcal_cli.sheets.pose.mounting import outcome_of
 
     options = session.options
@@ -51,7 +51,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         errors_in_variables=options.errors_in_variables,
         com_sd_m=options.com_sd_m,
         rotation_sd_rad=options.rotation_sd_rad or np.inf,
-        robot_weight_sd_n=options.robot_weight_sd_n,
+        robot_weight_sd_n=weight_sd_of(options, session.recipe.robot),
         noise_known=noise_known,
     )
     with session.step("fit"):

@@ -27,11 +27,14 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from footcal_cli.core.log import Log
+    from footcal_cli.recipe import Robot as RecipeRobot
     from footcal_cli.recipe.options import ApplyOptions, PoseCalibOptions
     from footcal_cli.session.session import Session
     from footcal_cli.tables.table import Table
 
 _MOST_NAMED = 8
+_WEIGHT_SD_N, _WEIGHT_SHARE = 0.05, 5e-4
+"""Sd of a robot's weight where nobody says it: a kitchen scale's, or one for heavier robots."""
 _FORCE_SD_N, _FORCE_SHARE = 0.05, 5e-4
 """Noise of a pose's force where nobody says it and too few poses show it: of a small robot, and by
 the weight of one whose transducers have a larger range."""
@@ -96,6 +99,15 @@ def noise_sd_of(
     torque = options.torque_sd_nm or 0.1 * force
     known = options.force_sd_n is not None and options.torque_sd_nm is not None
     return np.tile([force] * 3 + [torque] * 3, (legs, 1)), known
+
+
+def weight_sd_of(options: PoseCalibOptions, robot: RecipeRobot) -> float:
+    """How well the robot was weighed, N."""
+    if options.robot_weight_sd_n is not None:
+        return options.robot_weight_sd_n
+    if robot.mass_sd_kg is not None:
+        return robot.mass_sd_kg * robot.gravity_mps2
+    return max(_WEIGHT_SD_N, _WEIGHT_SHARE * (robot.weight_n or 0.0))
 
 
 def raw_poses(

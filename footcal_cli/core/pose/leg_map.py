@@ -11,6 +11,7 @@ from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
+from footcal_cli.core.pose.problem import feature_noise
 
 _SLOPES = 36
 """Of six balances by six readings of a leg; six means besides."""
@@ -40,7 +41,8 @@ class LegMap:
 def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:
     """Regress the whitened balance error on each leg's six readings."""
     matrix = fit.matrix
-    noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+    factor = 1.0 if fit.options.noise_known else fit.noise_factor
+    noise = feature_noise(noise_sd, factor * fit.options.attitude_sd_rad)
     root = inverse_root((matrix * noise) @ matrix.T)
     error = data.features() @ matrix.T @ root.T
     poses, legs = data.wrench_t.shape[:2]

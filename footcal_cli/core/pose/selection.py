@@ -18,7 +18,7 @@ from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import FEWEST_LEFT, PAPER_NORM, PoseFit, fit_pose
 from footcal_cli.core.pose.model import Structure
-from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.problem import PoseOptions, feature_noise
 
 FOLDS = 5
 
@@ -159,7 +159,7 @@ def _held_out(
 ) -> tuple[FloatArray, float]:
     """Held-out squared error per pose, by axis (6,) and summed in units of the noise."""
     square, chi2 = np.zeros(6), 0.0
-    noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+    noise = feature_noise(noise_sd, options.attitude_sd_rad)
     for part in parts:
         matrix = fit_pose(whole.without(part), legs, noise_sd, options).matrix
         error = matrix @ part.gram @ matrix.T

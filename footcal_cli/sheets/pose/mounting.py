@@ -216,6 +216,7 @@ def verdict(
         f"{number(moment, 2)} Nm now.",
         *common_words(fit),
         *_place_words(alike),
+        *attitude_words(fit),
         *slow_words(study.slow),
     ]
     suspects = suspect_legs(study.mapped, fit.geometry.legs)
@@ -293,6 +294,17 @@ def _place_words(alike: CommonShift | None) -> tuple[str, ...]:
     return (
         "Standing shows hips against the CoM of the chassis, and chassis_com_m is not given: a "
         f"shift common to all hips may be that of the CoM, to ± {x}, {y}, {z} mm (x, y, z).",
+    )
+
+
+def attitude_words(fit: PoseFit) -> tuple[str, ...]:
+    """How far the logged attitudes scatter, where the balance shows it."""
+    sd = fit.options.attitude_sd_rad * (1.0 if fit.options.noise_known else fit.noise_factor)
+    if sd == 0.0:
+        return ()
+    return (
+        f"The attitudes of the body scatter by about {number(float(np.rad2deg(sd)), 2)}° from pose "
+        "to pose; the intervals allow for it.",
     )
 
 
