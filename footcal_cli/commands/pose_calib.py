@@ -31,6 +31,7 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 
     from footcal_cli.core.plausibility import check_supported
     from footcal_cli.core.pose.mounted import error_of, naive_error, offset_error
+    from footcal_cli.core.pose.moving import find_moving, moving_finding
     from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.core.pose.seating import standing_axes
     from footcal_cli.core.pose.study import study_mounting
@@ -58,6 +59,10 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         supported = data.robot_weight_n - data.leg_weight_n.sum()
         error = offset_error(data, legs)[:, :3]
         session.note(check_supported(error, float(supported), "all legs"))
+        moving = find_moving(data, legs, noise_sd, free)
+        if moving.any():
+            session.note(moving_finding(moving))
+            data, rejected = data.only(~moving), {**rejected, "off balance": int(moving.sum())}
         session.note(
             standing_axes(data, legs, noise_sd, options.com_sd_m, options.translation_sd_m)
         )

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from footcal_cli.tables.table import Table
 
 _MOST_NAMED = 8
-_WEIGHT_SD_N, _WEIGHT_SHARE = 0.05, 5e-4
-"""Sd of a robot's weight where nobody says it: a kitchen scale's, or one for heavier robots."""
+_WEIGHT_SHARE = 5e-4
+"""Sd of a robot's weight as a share of it where nobody says it: a scale for heavier robots."""
 _FORCE_SD_N, _FORCE_SHARE = 0.05, 5e-4
 """Noise of a pose's force where nobody says it and too few poses show it: of a small robot, and by
 the weight of one whose transducers have a larger range."""
@@ -103,11 +103,11 @@ def noise_sd_of(
 
 def weight_sd_of(options: PoseCalibOptions, robot: RecipeRobot) -> float:
     """How well the robot was weighed, N."""
-    if options.robot_weight_sd_n is not None:
+    if "robot_weight_sd_n" in options.model_fields_set:
         return options.robot_weight_sd_n
     if robot.mass_sd_kg is not None:
         return robot.mass_sd_kg * robot.gravity_mps2
-    return max(_WEIGHT_SD_N, _WEIGHT_SHARE * (robot.weight_n or 0.0))
+    return max(options.robot_weight_sd_n, _WEIGHT_SHARE * (robot.weight_n or 0.0))
 
 
 def raw_poses(
