@@ -165,8 +165,8 @@ class Robot(Frozen):
 
     `world_up` is the axis that points up in the world of the logs' positions, accelerations and
     attitudes; they are turned to z up as they are read. Foot frames keep x forward, y left.
-    `mass_sd_kg` is how well the mass is known: 1 % of it where it is not given. The scales that a
-    walk finds are as unsure, as far as the cells themselves do not weigh the robot better.
+    `mass_sd_kg` is how well the mass is known: 1 % of it where it is not given. The scales that
+    stands and walks find are as unsure, as far as the cells do not weigh the robot better.
     `min_force_n` is ε, the vertical force below which there is no CoP: not given 5 N, or a tenth of
     the weight where that is less.
     """
