@@ -108,7 +108,7 @@ def constant_findings(found: ConstantError, contradicted: Sequence[Departure]) -
         yield Finding(
             "constant_error", "warning", "all legs",
             f"the sum of forces is off by ({force}) N in the body's axes in all poses alike, "
-            f"{100 * found.share:.0f} % of the mean square that is left: offsets moved since "
+            f"{100 * found.share:.0f} % of the residual's mean square: offsets moved since "
             "hanging, or something pulls on the body",
             "hang the robot again just before it stands, or find new offsets from tripods "
             "(--fit offsets); check cables",
