@@ -133,7 +133,7 @@ def check_rates(
             return 0.0
         said = np.stack([np.interp(at[inside], there, column) for column in known.T], axis=1)
         # a robot that turns loads its feet by another axis of the world after a while
-        parts = max(int((time[-1] - time[0]) / _STRAIGHT_S), 1)
+        parts = max(int(np.ptp(at[inside]) / _STRAIGHT_S), 1)
         squares = np.zeros(2)
         for own, felt in zip(
             np.array_split(said, parts), np.array_split(moving[inside], parts), strict=True

@@ -19,7 +19,7 @@ def walked(turn_radps: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     rng, time_s = np.random.default_rng(6), np.arange(0.0, 60.0, 0.01)
     sway = 2.0 * np.pi / (2.0 * STEP_S)
     heading = turn_radps * time_s
-    aside, bob = np.sin(sway * time_s), np.cos(2.0 * sway * time_s)
+    aside, bob = np.sin(sway * time_s), np.sin(2.0 * sway * time_s)
     left = 0.03 * aside
     com = np.stack([-left * np.sin(heading), left * np.cos(heading), 0.3 + 0.003 * bob], axis=1)
     com[:, :2] += 0.02 * np.stack([np.cos(heading), np.sin(heading)], axis=1) * time_s[:, None]
