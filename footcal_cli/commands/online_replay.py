@@ -62,6 +62,7 @@ def _on_cells(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
 
     from footcal_cli.core.online.comparison import compare
     from footcal_cli.core.online.memory import memory_estimates
+    from footcal_cli.core.online.weighed import as_unsure_as_weighed
     from footcal_cli.core.study.windows import QUIET_S
     from footcal_cli.errors import DataError
     from footcal_cli.intake.walk import baseline_of, paper_methods, settings_of, truth_of
@@ -93,6 +94,7 @@ def _on_cells(session: Session[OnlineReplayOptions], recording: Recording) -> Ou
         wanted = options.compare if options.sensitivity is None else options.sensitivity
         curves = papers.sensitivity(found) if wanted and papers is not None else []
     estimates = memory_estimates(found.memory, belief)
+    estimates = as_unsure_as_weighed(estimates, found.weighed.shared_sd(robot.mass_share_sd))
     if papers is not None:
         session.note(papers.findings())
         if options.method != "memory":
@@ -114,6 +116,7 @@ def _long(session: Session[OnlineReplayOptions], rule: MergeRule) -> Outcome:
 
     from footcal_cli.core.online.memory import memory_estimates
     from footcal_cli.core.online.parts import Walk
+    from footcal_cli.core.online.weighed import as_unsure_as_weighed
     from footcal_cli.intake.long_walks import LongWalk
     from footcal_cli.intake.walk import baseline_of, settings_of, truth_path
     from footcal_cli.session.calibration import feet_calibration
@@ -144,9 +147,11 @@ def _long(session: Session[OnlineReplayOptions], rule: MergeRule) -> Outcome:
         found = walk.finish(np.random.default_rng(session.request.seed))
         recording = streams.recording(found.merged)
     session.note(found.findings())
+    estimates = memory_estimates(found.memory, belief)
+    estimates = as_unsure_as_weighed(estimates, found.weighed.shared_sd(robot.mass_share_sd))
     return replace(
         outcome_of(found, None, [], robot, recording, options),
-        parameters=feet_calibration(session, memory_estimates(found.memory, belief)),
+        parameters=feet_calibration(session, estimates),
         files={"replay.parquet": move},
     )
 

@@ -31,11 +31,12 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
 
     from footcal_cli.core.plausibility import check_supported
     from footcal_cli.core.pose.mounted import error_of, naive_error, offset_error
+    from footcal_cli.core.pose.moving import find_moving, moving_finding
     from footcal_cli.core.pose.problem import PoseOptions
     from footcal_cli.core.pose.seating import standing_axes
     from footcal_cli.core.pose.study import study_mounting
     from footcal_cli.errors import UsageError
-    from footcal_cli.intake.poses import noise_sd_of, read_poses
+    from footcal_cli.intake.poses import noise_sd_of, read_poses, weight_sd_of
     from footcal_cli.sheets.pose.mounting import outcome_of
 
     options = session.options
@@ -46,18 +47,22 @@ def _mounting(session: Session[PoseCalibOptions]) -> Outcome:
         )
     with session.step("read"):
         data, legs, rejected = read_poses(session, options)
-    noise_sd, noise_known = noise_sd_of(options, len(legs))
+    noise_sd, noise_known = noise_sd_of(options, len(legs), data.robot_weight_n)
     free = PoseOptions(
         errors_in_variables=options.errors_in_variables,
         com_sd_m=options.com_sd_m,
         rotation_sd_rad=options.rotation_sd_rad or np.inf,
-        robot_weight_sd_n=options.robot_weight_sd_n,
+        robot_weight_sd_n=weight_sd_of(options, session.recipe.robot),
         noise_known=noise_known,
     )
     with session.step("fit"):
         supported = data.robot_weight_n - data.leg_weight_n.sum()
         error = offset_error(data, legs)[:, :3]
         session.note(check_supported(error, float(supported), "all legs"))
+        moving = find_moving(data, legs, noise_sd, free)
+        if moving.any():
+            session.note(moving_finding(moving))
+            data, rejected = data.only(~moving), {**rejected, "off balance": int(moving.sum())}
         session.note(
             standing_axes(data, legs, noise_sd, options.com_sd_m, options.translation_sd_m)
         )
@@ -103,7 +108,7 @@ def _offsets(session: Session[PoseCalibOptions]) -> Outcome:
         )
     assert session.parameters is not None, "checked while reading"
     mounted = Mounted.of(session.parameters.values, data.geometry)
-    noise_sd, noise_known = noise_sd_of(options, len(legs))
+    noise_sd, noise_known = noise_sd_of(options, len(legs), data.robot_weight_n)
     wanted = (options.wanted_force_sd_n, options.wanted_torque_sd_nm)
     with session.step("fit"):
         fit = refit_offsets(data, legs, mounted, noise_sd, wanted, noise_known=noise_known)

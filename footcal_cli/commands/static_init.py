@@ -39,7 +39,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
     import numpy as np
 
     from footcal_cli.core.next_stance import stance_curve
-    from footcal_cli.core.online.weighed import weighed_standing
+    from footcal_cli.core.online.weighed import as_unsure_as_weighed, weighed_standing
     from footcal_cli.core.plausibility import check_gains
     from footcal_cli.core.stances import stance_rows
     from footcal_cli.core.static_init import fit_static, stance_errors
@@ -82,7 +82,8 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
     session.note(check_gains(belief.channels, fit.gain))
     found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed)
     session.note(standing_findings(recordings, fit.chi2, fit.dof))
-    return replace(found, parameters=feet_calibration(session, fit.estimates))
+    estimates = as_unsure_as_weighed(fit.estimates, weighed.shared_sd(robot.mass_share_sd))
+    return replace(found, parameters=feet_calibration(session, estimates))
 
 
 def _on_transducers(

@@ -130,7 +130,7 @@ def _standing_legs(session: Session[Any]) -> None:
     asked = _asked_of_poses(session)
     log, legs, _ = raw_poses(session, asked)
     data = pose_data(without_effects(log, session.parameters))
-    sd, _ = noise_sd_of(asked, len(legs))
+    sd, _ = noise_sd_of(asked, len(legs), data.robot_weight_n)
     session.note(standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m))
 
 

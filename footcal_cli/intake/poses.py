@@ -12,6 +12,7 @@ from footcal_cli.core.pose.data import PoseData, pose_data
 from footcal_cli.core.pose.hanging import LegKnowledge, stored_knowledge
 from footcal_cli.core.pose.intake import Frames, pose_log
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.legs import frames_of_tables, geometry_of, steady_frames, without_effects
 from footcal_cli.tables.columns import AXIS_COLUMNS, legs_table, poses_table, six_axis_feet_table
@@ -20,11 +21,17 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from footcal_cli.core.log import Log
+    from footcal_cli.recipe import Robot as RecipeRobot
     from footcal_cli.recipe.options import ApplyOptions, PoseCalibOptions
     from footcal_cli.session.session import Session
     from footcal_cli.tables.table import Table
 
 _MOST_NAMED = 8
+_WEIGHT_SHARE = 5e-4
+"""Sd of a robot's weight as a share of it where nobody says it: a scale for heavier robots."""
+_FORCE_SD_N, _FORCE_SHARE = 0.05, 5e-4
+"""Noise of a pose's force where nobody says it and too few poses show it: of a small robot, and by
+the weight of one whose transducers have a larger range."""
 
 
 def read_poses(
@@ -78,12 +85,23 @@ def read_steps(
     return data, legs, along, frames.rejected
 
 
-def noise_sd_of(options: PoseCalibOptions, legs: int) -> tuple[FloatArray, bool]:
+def noise_sd_of(
+    options: PoseCalibOptions, legs: int, robot_weight_n: float
+) -> tuple[FloatArray, bool]:
     """Noise per leg and channel (K, 6), and whether its level is known."""
-    force = options.force_sd_n or 0.05
+    force = options.force_sd_n or max(_FORCE_SD_N, _FORCE_SHARE * robot_weight_n)
     torque = options.torque_sd_nm or 0.1 * force
     known = options.force_sd_n is not None and options.torque_sd_nm is not None
     return np.tile([force] * 3 + [torque] * 3, (legs, 1)), known
+
+
+def weight_sd_of(options: PoseCalibOptions, robot: RecipeRobot) -> float:
+    """How well the robot was weighed, N."""
+    if "robot_weight_sd_n" in options.model_fields_set:
+        return options.robot_weight_sd_n
+    if robot.mass_sd_kg is not None:
+        return robot.mass_sd_kg * robot.gravity_mps2
+    return max(options.robot_weight_sd_n, _WEIGHT_SHARE * (robot.weight_n or 0.0))
 
 
 def raw_poses(
@@ -190,11 +208,17 @@ def known_legs(session: Session[Any]) -> tuple[LegKnowledge, ...]:
             f"{command} needs the robot's mass and the nominal mounting of its legs",
             file=session.recipe.path, remedy="add mass_kg and [robot.legs.…] to the recipe",
         )  # fmt: skip
-    values = session.parameters.values
+    values, covariance_of = session.parameters.values, session.parameters.covariance_of
+    hung = session.recipe.options.get("hang_calib", {})
+    by_body = hung.get("orientation_of") == "body"
     try:
         return tuple(
-            stored_knowledge(leg, values, session.parameters.covariance_of) for leg in robot.legs
-        )
+            stored_knowledge(
+                leg, values, covariance_of,
+                rotation_of_rpy(spec.rotation_rpy_rad) if by_body else None,
+            )
+            for leg, spec in robot.legs.items()
+        )  # fmt: skip
     except KeyError as error:
         raise UsageError(
             f"the calibration has no parameter {error}", file=session.request.parameters,

@@ -29,6 +29,8 @@ __all__ = [
 ]  # fmt: skip
 
 STANDARD_GRAVITY_MPS2 = 9.80665
+STATED_MASS_SD = 0.01
+"""Sd of the stated mass as a share of it where nobody says it: batteries, cables and covers."""
 LARGEST_BYTES = 4 * 2**20
 """No recipe is larger."""
 _COP_FORCE_N, _COP_SHARE = 5.0, 0.1
@@ -163,12 +165,15 @@ class Robot(Frozen):
 
     `world_up` is the axis that points up in the world of the logs' positions, accelerations and
     attitudes; they are turned to z up as they are read. Foot frames keep x forward, y left.
+    `mass_sd_kg` is how well the mass is known: 1 % of it where it is not given. The scales that
+    stands and walks find are as unsure, as far as the cells do not weigh the robot better.
     `min_force_n` is ε, the vertical force below which there is no CoP: not given 5 N, or a tenth of
     the weight where that is less.
     """
 
     name: str = "unnamed robot"
     mass_kg: float | None = Field(default=None, gt=0)
+    mass_sd_kg: float | None = Field(default=None, gt=0)
     gravity_mps2: float = Field(default=STANDARD_GRAVITY_MPS2, gt=0)
     min_force_n: float | None = Field(default=None, gt=0)
     world_up: WorldUp = "+z"
@@ -196,6 +201,13 @@ class Robot(Frozen):
     def weight_n(self) -> float | None:
         """Body weight m·g, None where the mass is not given."""
         return None if self.mass_kg is None else self.mass_kg * self.gravity_mps2
+
+    @property
+    def mass_share_sd(self) -> float:
+        """Sd of the mass as a share of it."""
+        if self.mass_sd_kg is None or self.mass_kg is None:
+            return STATED_MASS_SD
+        return self.mass_sd_kg / self.mass_kg
 
     @property
     def least_force_n(self) -> float:

@@ -289,9 +289,9 @@ class PoseCalibOptions(CommandOptions):
 
     `force_sd_n` and `torque_sd_nm` are the noise of one pose's reading; without them their level
     is estimated. `translation_sd_m` and `com_sd_m` are priors on each hip and on the chassis CoM.
-    `structure` names the free mounting errors; ``auto`` lets the evidence choose. `series` lists
-    pairs of transducers on one stiff leg, for `fit` ``series``: nothing else is known of them.
-    With ``auto`` and a prior on translations, every hip may shift within its prior.
+    `robot_weight_sd_n`: `mass_sd_kg`, else 0.05 N or 0.05 % of the weight, where it is not given.
+    `structure` names the free mounting errors; ``auto`` lets the evidence choose, and every hip
+    shift within a prior. `series`: pairs of transducers on one stiff leg, for `fit` ``series``.
     """
 
     fit: Annotated[

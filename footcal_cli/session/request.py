@@ -77,7 +77,7 @@ def read_calibration(path: Path) -> ParametersRecord:
     record = read_record(ParametersRecord, path)
     if record.rejected_because:
         raise UsageError(
-            f"this calibration was rejected: {record.rejected_because[0]}", file=path,
+            f"this calibration was rejected: {record.rejected_because[0].rstrip('.')}", file=path,
             remedy="calibrate again, or change the gate that rejected it",
         )  # fmt: skip
     return record

@@ -48,7 +48,7 @@ def outcome_of(
     """What the replay of a walk on load cells found, without its samples."""
     return Outcome(
         title=f"Walking calibration of {robot.name}, {recording.name}",
-        verdict=verdict_of(found, options.method),
+        verdict=verdict_of(found, options.method, robot.mass_share_sd),
         pictures=pictures_of(found, curves, robot, options.picture_span_s),
         sheets=sheets_of(found, papers),
         findings=tuple(stream_findings(recording)),
@@ -60,8 +60,8 @@ def outcome_of(
     )
 
 
-def verdict_of(found: Comparison, method: str) -> VerdictRecord:
-    """The first sentence and what it rests on."""
+def verdict_of(found: Comparison, method: str, mass_sd: float) -> VerdictRecord:
+    """The first sentence and what it rests on; `mass_sd`: of the stated mass, a share of it."""
     reference = found.best_reference
     before, after = (found.of(m, reference) for m in ("before", method))
     cop = [1e3 * one.rms("cop") for one in (before, after)]
@@ -100,6 +100,12 @@ def verdict_of(found: Comparison, method: str) -> VerdictRecord:
         if jump.sure
     ]
     alarms += len(found.weighed.findings())
+    if method == "memory":
+        shared = number(100.0 * found.weighed.shared_sd(mass_sd), 2)
+        details.append(
+            f"All scales rest on mass_kg: they share an error of ± {shared} % (1 sd), which the sd "
+            "in parameters.json contain; mass_sd_kg in [robot] says how well it is known."
+        )
     worse = cop[1] > cop[0]
     known = found.merged.log.known
     weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])

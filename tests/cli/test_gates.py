@@ -7,7 +7,8 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from types import SimpleNamespace
+from typing import Literal, cast
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from typer.main import get_command
 from footcal_cli.app import COMMANDS, function_of
 from footcal_cli.core.online.comparison import left_interval
 from footcal_cli.core.online.evidence import Departure
+from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.memory import sized_jumps
 from footcal_cli.core.plausibility import check_gains
 from footcal_cli.core.quality import Finding
 from footcal_cli.recipe import CommandOptions, Gates
@@ -260,6 +263,14 @@ def test_a_fit_that_did_not_converge_is_not_good() -> None:
     assert found.verdict.level == "bad"
 
 
+@pytest.mark.parametrize("code", ["stuck_channel", "leg_elsewhere"])
+def test_no_command_starts_from_a_fit_to_a_frozen_channel_or_a_leg_elsewhere(code: str) -> None:
+    wrong = Finding(code, "alarm", "fl", "the readings cannot be right", "look")
+    found = trusted(replace(outcome(), parameters=calibration(), findings=(wrong,)))
+    assert not found.usable
+    assert found.verdict.sentence == "fl: the readings cannot be right."
+
+
 def test_what_is_wrong_with_the_wiring_stands_before_what_follows_from_it() -> None:
     follows = Finding("negative_leg_weight", "alarm", "fl", "the leg weighs -1 N", "look")
     wrong = Finding("axis_turned", "alarm", "fl.fx", "fx reads with the sign reversed", "turn it")
@@ -273,6 +284,18 @@ def test_what_is_wrong_with_the_wiring_stands_before_what_follows_from_it() -> N
 def test_a_jump_without_a_sure_size_is_no_alarm() -> None:
     assert Jump("left_fl.bias", 1.0, 1.5, 2.0, 0.3, 40.0).sure
     assert not Jump("left_fl.bias", 1.0, 1.5, -2.0, 0.9, 40.0).sure
+
+
+def test_a_jump_that_the_whole_walk_refutes_is_none() -> None:
+    """The proof saw 0.6 N; before and after it the smoother has 0.02 N between, or 0.55 N."""
+    jump = Jump("left_fl.bias", 5.0, 5.1, 0.6, 0.05, 40.0, least=0.5)
+    time_s = np.arange(200) / 20.0
+    for step, kept in ((0.02, 0), (0.55, 1)):
+        values = np.where(time_s < 5.0, 0.0, step)[:, None]
+        smoothed = SimpleNamespace(
+            names=("left_fl.bias",), time_s=time_s, values=values, sd=np.full((200, 1), 0.01)
+        )
+        assert len(sized_jumps([jump], cast(Track, smoothed))) == kept
 
 
 @pytest.mark.parametrize(("name", "doubted"), [("robot.smoothing", True), ("left_fl.gain", False)])

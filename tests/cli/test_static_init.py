@@ -142,3 +142,24 @@ def test_a_recording_that_the_logger_cut_into_files_is_one(run: Run, tmp_path: P
         found.append([x for p in record.parameters.values() for x in (p.value, p.sd)])
     assert found[1] == pytest.approx(found[0])
     assert "16 stances" in answer.out.replace("\n", " ")
+
+
+def test_scales_are_as_unsure_as_the_mass_that_the_robot_is_said_to_have(
+    run: Run, tmp_path: Path
+) -> None:
+    made = make_standing(16, 3, replace=True, lift=True)
+    recipe, belief = write_stand(tmp_path, made, OPTIONS), write_belief(tmp_path, made)
+    weighed = recipe.read_text().replace("[robot]", "[robot]\nmass_sd_kg = 0.001")
+    sd: dict[str, list[float]] = {}
+    for how in ("not said", "weighed"):
+        if how == "weighed":
+            recipe.write_text(weighed)
+        out = tmp_path / how
+        answer = run("static-init", "--recipe", recipe, "--parameters", belief, "--out", out)
+        assert answer.exit_code == 0, answer.err
+        found = read_record(ParametersRecord, out / "parameters.json").parameters
+        scales = [found[f"{c}.scale"] for c in CHANNELS]
+        sd[how] = [(scale.sd or 0.0) / scale.value for scale in scales]
+    shared = [(a**2 - b**2) ** 0.5 for a, b in zip(sd["not said"], sd["weighed"], strict=True)]
+    assert all(0.002 < s < 0.01 for s in shared)
+    assert max(shared) == pytest.approx(min(shared), rel=1e-6)

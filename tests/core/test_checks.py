@@ -91,6 +91,13 @@ def test_a_coarse_converter_rests_between_two_steps() -> None:
     fine = force + 1e-4 * rng.standard_normal(force.shape)
     fine[:, 1] = 0.2
     assert ("stuck_channel", "fy") in {(f.code, f.where) for f in check_stream(None, fine, names)}
+    # poses are few, and so are their values: none of a fine converter comes again
+    poses = rng.normal(0, 3.0, (40, 6))
+    poses[:, 2] = 1.3
+    assert [(f.code, f.where) for f in check_stream(None, poses, names)] == [
+        ("stuck_channel", "fz")
+    ]
+    assert not check_stream(None, np.where(np.arange(6) == 2, 1.0, np.round(poses)), names)
     force[1400, 1] = 6.0
     assert codes(check_glitches(force[:, 1], order, "fy", step)) == {"outliers"}
 

@@ -7,10 +7,13 @@ import pytest
 
 from footcal_cli.core.online.belief import nameplate
 from footcal_cli.core.online.weighed import (
+    Weighed,
+    as_unsure_as_weighed,
     weighed_by_each_foot,
     weighed_standing,
     weighed_walking,
 )
+from footcal_cli.core.parameters import Status
 
 CHANNELS = tuple(f"cell {i}" for i in range(8))
 
@@ -92,3 +95,30 @@ def test_a_faulty_cell_under_one_foot_is_no_wrong_mass() -> None:
         weighed_by_each_foot(forces, contact, [(0, 1), (2, 3)], demand, np.full(4, 0.02), 5.0)
         is None
     )
+
+
+@pytest.mark.parametrize("cells_sd", [0.0007, 0.007, 0.05])
+def test_scales_fitted_to_a_stated_mass_are_as_unsure_as_it_is(cells_sd: float) -> None:
+    """Robots and cells drawn: the scales carry the error of the mass, whatever the cells say."""
+    rng = np.random.default_rng(5)
+    stated, ratio = 40.0, []
+    for error in rng.normal(0.0, 0.01, 2000):
+        by_cells = stated * (1.0 - error + rng.normal(0.0, cells_sd))
+        ratio.append(error / Weighed(stated, by_cells, stated * cells_sd).shared_sd(0.01))
+    assert np.sqrt(np.mean(np.square(ratio))) == pytest.approx(1.0, abs=0.15)
+    assert np.mean(np.abs(ratio) > 3.0) < 0.005
+
+
+def test_a_mass_that_is_known_exactly_leaves_scales_as_sure_as_they_are() -> None:
+    belief = nameplate(CHANNELS, np.full(8, 1e-5), np.full(8, 2.0))
+    fitted = belief.estimates(np.zeros(8), np.zeros(8), 1e-6 * np.eye(16), [Status.ESTIMATED] * 16)
+    found = Weighed(5.0, 5.1, 0.03)
+    assert found.shared_sd(1e-9) < 1e-8
+    wider = as_unsure_as_weighed(fitted, 0.01)
+    assert wider["cell 0.scale"] == fitted["cell 0.scale"]
+    # the reading of an unloaded cell stays as sure as it was: all forces change, none has no zero
+    at = [0, 8]
+    unloaded = np.array([-2.0 / 1e-5, 1.0])
+    before, after = (unloaded @ e.covariance[np.ix_(at, at)] @ unloaded for e in (fitted, wider))
+    assert after == pytest.approx(before)
+    assert wider.sd[0] == pytest.approx(np.hypot(fitted.sd[0], 1e-7))

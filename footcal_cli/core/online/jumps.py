@@ -40,6 +40,8 @@ class Jump:
         In the parameter's unit.
     evidence
         Twice the log likelihood ratio.
+    least
+        Smaller changes are no jump, in the parameter's unit.
     """
 
     name: str
@@ -48,6 +50,12 @@ class Jump:
     size: float
     sd: float
     evidence: float
+    least: float = 0.0
+
+    @property
+    def refuted(self) -> bool:
+        """Whether it is surely smaller than what counts as a jump."""
+        return abs(self.size) + SURE_SD * self.sd < self.least
 
     @property
     def sure(self) -> bool:
@@ -185,5 +193,6 @@ class JumpBank:
                 size=size_z * unit,
                 sd=float(np.sqrt(variance)) * unit,
                 evidence=evidence,
+                least=float(self.least[which]),
             )
         )

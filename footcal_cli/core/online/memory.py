@@ -10,7 +10,7 @@ the second harmonic of the step, on both sides alike, and only as many are kept 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -208,7 +208,7 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     repeated = repetition(track, phase, rows.totals, known=known)
     track = track.inflated(repeated)
     smoothed = past.inflated(repeated)
-    jumps = tuple(sized(jump, smoothed) for jump in track.jumps)
+    jumps = sized_jumps(track.jumps, smoothed)
     return Memory(
         rows, track, smoothed, jumps, tuning, noise, repeated, delay, delay_sd, moved, band_hz
     )
@@ -305,6 +305,12 @@ def _no_momentum(rows: Rows) -> bool:
 def gait_phase(log: Log, rows: Rows) -> FloatArray:
     """Share of its gait cycle that each update has come to, NaN outside of whole cycles, (u,)."""
     return cycle_phase(log.known["contact"])[rows.last_sample]
+
+
+def sized_jumps(jumps: Iterable[Jump], smoothed: Track) -> tuple[Jump, ...]:
+    """Jumps with the sizes that the whole walk gives them, without those that it refutes."""
+    found = (sized(jump, smoothed) for jump in jumps)
+    return tuple(jump for jump in found if not jump.refuted)
 
 
 def sized(jump: Jump, smoothed: Track) -> Jump:

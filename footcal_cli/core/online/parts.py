@@ -32,7 +32,7 @@ from footcal_cli.core.online.memory import (
     gait_phase,
     rows_of,
     run_memory,
-    sized,
+    sized_jumps,
     within_band,
 )
 from footcal_cli.core.online.passes import Pass, open_biases
@@ -359,7 +359,7 @@ class _Passes:
         return cls(
             track,
             smoothed.chosen(slice(0, stop - first)),
-            tuple(sized(jump, smoothed) for jump in track.jumps),
+            sized_jumps(track.jumps, smoothed),
             (filtered.mean, filtered.cov),
             (going.mean, going.cov),
             bank,

@@ -13,7 +13,7 @@ from footcal_cli.core.online.alignment import aligned
 from footcal_cli.core.online.evidence import Consistency, check_consistency, repetition
 from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
 from footcal_cli.core.online.jumps import Jump
-from footcal_cli.core.online.memory import gait_phase, sized
+from footcal_cli.core.online.memory import gait_phase, sized_jumps
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.six_axis import (
     DELAY_STATE,
@@ -164,7 +164,7 @@ def replay_six_axis(
         track=track,
         smoothed=smoothed,
         tuning=tuning,
-        jumps=tuple(sized(jump, smoothed) for jump in track.jumps),
+        jumps=sized_jumps(track.jumps, smoothed),
         estimates=_estimates(track, rows, log, aligned.delay_s),
         before=before,
         after=after,

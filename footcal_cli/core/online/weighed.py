@@ -8,12 +8,12 @@ not: c independent scales know their mean √c times better than each.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import Estimates, FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 
 _SIGMAS = 4.0
@@ -47,6 +47,23 @@ class Weighed:
         """A smaller error of the mass would not show."""
         return _SIGMAS * self.sd_kg
 
+    def shared_sd(self, mass_sd: float) -> float:
+        r"""Relative error of one sd that all scales share: they were fitted to the stated mass.
+
+        .. math:: \sigma^2 = v + (d \, m / (m + c))^2, \quad 1 / v = 1 / m + 1 / c
+
+        with the variances m of the stated mass and c of the cells' own, and d between both.
+
+        Parameters
+        ----------
+        mass_sd
+            Of the stated mass, as a share of it.
+        """
+        cells, mass = (self.sd_kg / self.stated_kg) ** 2, mass_sd**2
+        share = mass / (mass + cells)
+        apart = self.mass_kg / self.stated_kg - 1.0
+        return float(np.hypot(np.sqrt(share * cells), share * apart))
+
     def findings(self, meaning: str = "the scales found here took that up") -> tuple[Finding, ...]:
         """Where they differ by more than chance, and what that means for what was fitted."""
         if self.sigmas < _SIGMAS:
@@ -63,6 +80,12 @@ class Weighed:
                 "right, weigh known loads on the cells as mounted",
             ),
         )
+
+
+def as_unsure_as_weighed(estimates: Estimates, shared_sd: float) -> Estimates:
+    """Scales and biases with an error that multiplies all forces alike, as a share of them."""
+    step = shared_sd * estimates.values
+    return replace(estimates, covariance=estimates.covariance + np.outer(step, step))
 
 
 def weighed_walking(

@@ -8,12 +8,12 @@ function of ``S = Σ_p x xᵀ`` alone: no iteration ever sees the poses again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,14 @@ class PoseData:
 
     def __len__(self) -> int:
         return int(self.wrench_t.shape[0])
+
+    def only(self, keep: BoolArray) -> PoseData:
+        """Some of the poses."""
+        return replace(
+            self, wrench_t=self.wrench_t[keep], phase_rad=self.phase_rad[keep],
+            gravity_b=self.gravity_b[keep], rot_wb=self.rot_wb[keep], contact=self.contact[keep],
+            block=self.block[keep],
+        )  # fmt: skip
 
     def features(self) -> FloatArray:
         """``x = [w_1 … w_K, ĝ, 1]`` per pose, shape (P, 6K + 4)."""

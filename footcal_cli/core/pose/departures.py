@@ -9,11 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 
 _SIGMAS = 4.0
+_FEWEST_POSES = 10
+_CONSTANT_P, _CONSTANT_SHARE = 1e-6, 0.2
 _TAUGHT = 0.98
 """Share of the prior variance that may be left where poses have a say at all."""
 
@@ -39,6 +44,48 @@ class Departure:
     found: float
     found_sd: float
     sigmas: float
+
+
+@dataclass(frozen=True)
+class ConstantError:
+    """Part of the balance's error that is the same in all poses.
+
+    Parameters
+    ----------
+    mean
+        In body axes about the chassis' CoM, N and Nm, shape (6,).
+    share
+        Of the mean square of the forces' error.
+    p
+        That errors without such a part have this mean (Hotelling's T²).
+    """
+
+    mean: FloatArray
+    share: float
+    p: float
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether it is no chance, and no small part of what the fit leaves."""
+        return self.p < _CONSTANT_P and self.share > _CONSTANT_SHARE
+
+
+def constant_error(data: PoseData, fit: PoseFit) -> ConstantError:
+    """What offsets that moved since hanging leave: hanging is believed, so they go nowhere else.
+
+    ``T² = P ēᵀ S⁻¹ ē`` with S the covariance of the poses' errors about their mean ē;
+    ``(P − 6) T² / (6 (P − 1)) ~ F(6, P − 6)``.
+    """
+    error = data.features() @ fit.matrix.T
+    poses, mean = len(error), error.mean(axis=0)
+    share = float(np.sum(mean[:3] ** 2) / np.mean(np.sum(error[:, :3] ** 2, axis=1)))
+    if poses < _FEWEST_POSES:
+        return ConstantError(mean, share, 1.0)
+    size = error.std(axis=0)
+    scatter = np.cov(error / size, rowvar=False)
+    t_squared = poses * float(mean / size @ np.linalg.solve(scatter, mean / size))
+    p = float(stats.f.sf((poses - 6) * t_squared / (6 * (poses - 1)), 6, poses - 6))
+    return ConstantError(mean, share, p)
 
 
 def departures(

@@ -89,10 +89,17 @@ def stored_knowledge(
     leg: str,
     values: Mapping[str, float],
     covariance_of: Callable[[tuple[str, ...]], FloatArray],
+    named_by_body: FloatArray | None = None,
 ) -> LegKnowledge:
     """Knowledge from stored parameters ``<leg>.<name>``, as `hang-calib` names them.
 
     Orientations whose names do not say a direction (``log_3``) contribute no direction.
+
+    Parameters
+    ----------
+    named_by_body
+        Nominal rotation transducer to body where the logs were named after the body's axes, (3, 3):
+        a log is stored under the transducer's axis that is nearest, and that may be 30° away.
 
     Raises
     ------
@@ -104,10 +111,14 @@ def stored_knowledge(
         order += 1
     pattern = re.compile(rf"{re.escape(leg)}\.hang_tilt_(plus|minus)_([xyz])_[xyz]")
     labels = dict.fromkeys(m.groups() for name in values if (m := pattern.fullmatch(name)))
-    axes = [(1.0 if sign == "plus" else -1.0) * np.eye(3)["xyz".index(a)] for sign, a in labels]
+    axes = np.array(
+        [(1.0 if sign == "plus" else -1.0) * np.eye(3)["xyz".index(a)] for sign, a in labels]
+    ).reshape(-1, 3)
+    if named_by_body is not None:
+        axes = nearest_axis(axes @ named_by_body.T) @ named_by_body
     model = HangModel(
         leg,
-        np.array(axes).reshape(-1, 3),
+        axes,
         order,
         temperature=f"{leg}.temperature_bias_fx" in values,
         drift=f"{leg}.offset_drift_fx" in values,
@@ -121,6 +132,13 @@ def stored_knowledge(
         (Status.ESTIMATED,) * len(names),
     )
     return knowledge_of(model, stored)
+
+
+def nearest_axis(direction: FloatArray) -> FloatArray:
+    """The axis ±x, ±y or ±z that is nearest to each direction, shape (n, 3)."""
+    largest = np.argmax(np.abs(direction), axis=1)
+    sign = np.sign(np.take_along_axis(direction, largest[:, None], axis=1))
+    return np.asarray(sign * np.eye(3)[largest])
 
 
 @dataclass(frozen=True)

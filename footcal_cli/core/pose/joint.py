@@ -33,6 +33,8 @@ PAPER_NORM: FloatArray = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
 """The paper's K: squared errors in N and, ten times, in Nm."""
 _LEARNT = 0.95
 _DISAGREEING = 6.0
+FEWEST_LEFT = 6
+"""Equations beyond the unknowns (those of one pose) from which a misfit shows the noise's level."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,8 @@ class PoseFit:
     chi2_poses, chi2_hang
         Squared residuals in units of the (assumed) noise.
     noise_factor
-        Estimated noise over assumed noise.
+        Estimated noise over assumed noise; at least 1 where it is not known and fewer than
+        `FEWEST_LEFT` equations are left to estimate it from.
     poses, iterations, converged
         Health of the fit.
     rank, free
@@ -72,6 +75,11 @@ class PoseFit:
     converged: bool
     rank: int
     free: int
+
+    @property
+    def left(self) -> int:
+        """Equations beyond the free mounting errors: what the poses can be checked by."""
+        return 6 * self.poses - self.options.structure.freedom(len(self.geometry.legs))
 
     @property
     def matrix(self) -> FloatArray:
@@ -148,13 +156,15 @@ def fit_pose(
     problem = Problem.of(summary, legs, noise_sd, asked)
     begin = _aligned(problem, summary, asked)
     factor = 1.0
+    left = 6 * summary.poses - asked.structure.freedom(len(legs))
+    least = 0.0 if left >= FEWEST_LEFT else 1.0
     for _ in range(1 if asked.noise_known else 3):
         found = problem.solve(begin, factor)
         mounting, state = found.point, found.state
-        seen = max(6 * summary.poses - asked.structure.freedom(len(legs)), 1)
-        ratio = float(np.sqrt(max(state.chi2_poses, 0.0) / seen))
+        fewest = 1 if asked.noise_known else FEWEST_LEFT
+        ratio = float(np.sqrt(max(state.chi2_poses, 0.0) / max(left, fewest)))
         if not asked.noise_known:
-            factor *= ratio
+            factor = max(factor * ratio, least)
             state = problem.at(mounting, factor)
     covariance, rank, free = problem.covariance(mounting, state)
     return PoseFit(

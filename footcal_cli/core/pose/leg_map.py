@@ -11,6 +11,10 @@ from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
+from footcal_cli.core.pose.problem import feature_noise
+
+_SLOPES = 36
+"""Of six balances by six readings of a leg; six means besides."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,8 @@ class LegMap:
     share
         Part of the residual's square that each leg foretells, shape (K,).
     p
-        Chance of such a share without any fault, shape (K,).
+        Chance of such a share without any fault, shape (K,); 1 where so few poses are left beside
+        the mounting that any leg's readings fit the residual.
     """
 
     foretold: FloatArray
@@ -36,7 +41,8 @@ class LegMap:
 def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:
     """Regress the whitened balance error on each leg's six readings."""
     matrix = fit.matrix
-    noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+    factor = 1.0 if fit.options.noise_known else fit.noise_factor
+    noise = feature_noise(noise_sd, factor * fit.options.attitude_sd_rad)
     root = inverse_root((matrix * noise) @ matrix.T)
     error = data.features() @ matrix.T @ root.T
     poses, legs = data.wrench_t.shape[:2]
@@ -50,7 +56,10 @@ def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:
         part = float(np.sum(own**2)) / total if total > 0 else 0.0
         foretold.append(np.linalg.norm(own, axis=1))
         share.append(part)
-        freedom = 36, max(6 * poses - 42, 1)
+        if fit.left <= _SLOPES + 6:
+            chance.append(1.0)
+            continue
+        freedom = _SLOPES, 6 * poses - _SLOPES - 6
         ratio = part / freedom[0] / max((1.0 - part) / freedom[1], np.finfo(float).tiny)
         chance.append(float(f_distribution.sf(ratio, *freedom)))
     return LegMap(np.array(foretold), np.array(share), np.array(chance))

@@ -47,6 +47,8 @@ class PoseOptions:
         Of the scale that weighed the robot.
     noise_known
         False: the sensors' noise is only known up to a factor, which the fit estimates.
+    attitude_sd_rad
+        Of the logged attitude of a pose; the factor is its own, too.
     """
 
     structure: Structure = Structure.FULL
@@ -56,6 +58,13 @@ class PoseOptions:
     rotation_sd_rad: float = np.inf
     robot_weight_sd_n: float = 0.05
     noise_known: bool = True
+    attitude_sd_rad: float = 0.0
+
+
+def feature_noise(noise_sd: FloatArray, attitude_sd_rad: float) -> FloatArray:
+    """Variances of the features ``[w_1 … w_K, ĝ, 1]`` of a pose, shape (6K + 4,)."""
+    gravity = [attitude_sd_rad**2] * 3
+    return np.concatenate([np.square(noise_sd).ravel(), gravity, [0.0]])
 
 
 def start_mounting(
@@ -146,7 +155,7 @@ class Problem:
         """Set up priors, hanging rows and the free unknowns."""
         start, hang = start_mounting(summary.geometry, legs, summary.robot_weight_n)
         count = len(legs)
-        noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+        noise = feature_noise(noise_sd, options.attitude_sd_rad)
         total = 13 * count + 1 + 2 * hang.logs
         precision = np.zeros((total, total))
         turns = np.arange(3 * count)

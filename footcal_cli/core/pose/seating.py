@@ -34,6 +34,8 @@ since each of the 23 turns of each leg costs a fit."""
 BEYOND = 10.0
 """Times the prior sd of a hip's place, beyond which a shift is no mounting error."""
 USUAL_PLACE_SD_M = 0.005
+_WEIGHED_SHARE = 0.05
+"""Sd of the robot's weight: a recipe's wrong mass must not pass for a turned transducer."""
 
 
 def standing_axes(
@@ -52,7 +54,10 @@ def standing_axes(
     com_sd_m, place_sd_m
         Prior sd of the chassis' CoM and of each hip; None: nothing is believed of the hips.
     """
-    options = PoseOptions(com_sd_m=com_sd_m, translation_sd_m=place_sd_m or USUAL_PLACE_SD_M)
+    options = PoseOptions(
+        com_sd_m=com_sd_m, translation_sd_m=place_sd_m or USUAL_PLACE_SD_M,
+        robot_weight_sd_n=_WEIGHED_SHARE * data.robot_weight_n,
+    )  # fmt: skip
     axis = turned_when_standing(data, legs, noise_sd, options)
     if axis is not None:
         return [axis.finding()]

@@ -16,12 +16,11 @@ from footcal_cli.core.inference.held_out import folds
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import PAPER_NORM, PoseFit, fit_pose
+from footcal_cli.core.pose.joint import FEWEST_LEFT, PAPER_NORM, PoseFit, fit_pose
 from footcal_cli.core.pose.model import Structure
-from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.problem import PoseOptions, feature_noise
 
 FOLDS = 5
-_MIN_DOF = 1
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ def compare_structures(
         for structure in Structure
     ]
     richest = fits[list(Structure).index(Structure.FULL)]
-    scale = _misfit(richest) / max(6 * whole.poses - richest.free, _MIN_DOF)
+    scale = _level(richest)
     candidates = [_judged(fit, whole, parts, legs, noise_sd, scale) for fit in fits]
     return tuple(sorted(candidates, key=lambda candidate: candidate.bic))
 
@@ -106,8 +105,7 @@ def cross_validated(
 ) -> Candidate:
     """One fit, with the priors it was made with, judged like the candidates."""
     whole, parts = _parts(data, most)
-    scale = _misfit(fit) / max(6 * whole.poses - fit.free, _MIN_DOF)
-    return _judged(fit, whole, parts, legs, noise_sd, scale)
+    return _judged(fit, whole, parts, legs, noise_sd, _level(fit))
 
 
 def _parts(data: PoseData, most: int) -> tuple[PoseSummary, list[PoseSummary]]:
@@ -124,6 +122,11 @@ def _misfit(fit: PoseFit) -> float:
     by which every candidate fits alike and the poorest one would win.
     """
     return fit.chi2_poses * (1.0 if fit.options.noise_known else fit.noise_factor**2)
+
+
+def _level(fit: PoseFit) -> float:
+    """Variance of the noise by the misfit, in units of the assumed; 1 where too little is left."""
+    return _misfit(fit) / fit.left if fit.left >= FEWEST_LEFT else 1.0
 
 
 def _judged(
@@ -156,7 +159,7 @@ def _held_out(
 ) -> tuple[FloatArray, float]:
     """Held-out squared error per pose, by axis (6,) and summed in units of the noise."""
     square, chi2 = np.zeros(6), 0.0
-    noise = np.concatenate([np.square(noise_sd).ravel(), np.zeros(4)])
+    noise = feature_noise(noise_sd, options.attitude_sd_rad)
     for part in parts:
         matrix = fit_pose(whole.without(part), legs, noise_sd, options).matrix
         error = matrix @ part.gram @ matrix.T

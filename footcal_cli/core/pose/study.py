@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.pose.attitude import find_attitude_sd
 from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, directions_agree, fit_pose
@@ -77,6 +78,7 @@ def study_mounting(
     directions
         Gravity's directions from hanging: ``use``, ``ignore``, or ``auto`` where they agree.
     """
+    free = replace(free, attitude_sd_rad=find_attitude_sd(data, legs, noise_sd, free))
     legs, dropped = _with_directions(data, legs, noise_sd, free, directions)
     candidates = compare_structures(data, legs, noise_sd, free, folds)
     chosen, prior = candidates[0].structure, translation_sd_m or np.inf

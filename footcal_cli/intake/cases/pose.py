@@ -57,7 +57,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     data = pose_data(without_effects(raw, session.parameters))
     untested = of_cells(EXPERIMENT) | _known_from_hanging(legs, case.tolerance_n)
     untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
-    sd, _ = noise_sd_of(asked, len(legs))
+    sd, _ = noise_sd_of(asked, len(legs), data.robot_weight_n)
     seen = standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m)
     timed = having(Trait.TIMED, experiment=EXPERIMENT.name)
     return CaseRead(case, seen, untested, {name: _by_pose(find_effect(name)) for name in timed})

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from footcal_cli.core.pose.common import CommonShift, common_shift, common_turn
-from footcal_cli.core.pose.departures import Departure
+from footcal_cli.core.pose.departures import ConstantError, Departure
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
-from footcal_cli.report import with_sd
+from footcal_cli.report import number, with_sd
 from footcal_cli.sheets.pose.mounting_tables import common_sd
 
 _SUSPECT_P = 1e-4
@@ -99,6 +99,20 @@ def _com_elsewhere(fit: PoseFit, com_given: bool) -> tuple[Finding, ...]:
             "measured: the shifts are then each hip's own",
         ),
     )
+
+
+def constant_findings(found: ConstantError, contradicted: Sequence[Departure]) -> Iterator[Finding]:
+    """What is wrong in all poses alike, where no wrong weight explains it."""
+    if found.stands_out and not contradicted:
+        force = ", ".join(number(float(value), 2) for value in found.mean[:3])
+        yield Finding(
+            "constant_error", "warning", "all legs",
+            f"the sum of forces is off by ({force}) N in the body's axes in all poses alike, "
+            f"{100 * found.share:.0f} % of the residual's mean square: offsets moved since "
+            "hanging, or something pulls on the body",
+            "hang the robot again just before it stands, or find new offsets from tripods "
+            "(--fit offsets); check cables",
+        )  # fmt: skip
 
 
 def departure_findings(found: Sequence[Departure]) -> Iterator[Finding]:

@@ -10,8 +10,13 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import CommonShift
 from footcal_cli.core.pose.data import PoseData
-from footcal_cli.core.pose.departures import Departure, departures
-from footcal_cli.core.pose.joint import PoseFit
+from footcal_cli.core.pose.departures import (
+    ConstantError,
+    Departure,
+    constant_error,
+    departures,
+)
+from footcal_cli.core.pose.joint import FEWEST_LEFT, PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.pose.mounted import Mounted, in_floating_base
 from footcal_cli.core.pose.selection import Candidate
@@ -30,6 +35,7 @@ if TYPE_CHECKING:
     from footcal_cli.recipe.options import PoseCalibOptions
 from footcal_cli.sheets.pose.findings import (
     BELIEF,
+    constant_findings,
     departure_findings,
     disagreeing_directions,
     findings,
@@ -70,11 +76,12 @@ def outcome_of(
     calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
     com = robot_com_b_m(calibration, data, calibration.leg_weight_n / data.robot_weight_n)
     contradicted = departures(fit, study.legs, data.robot_weight_n)
+    constant = constant_error(data, fit)
     alike = None if "chassis_com_m" in options.model_fields_set else shared_shift(fit)
     dropped = () if study.dropped is None else (disagreeing_directions(study.dropped),)
     return Outcome(
         title=f"Standing calibration of {robot}",
-        verdict=verdict(study, stages, contradicted, alike),
+        verdict=verdict(study, stages, contradicted, constant, alike),
         pictures=_pictures(study, stages, com),
         sheets=(
             mounting_sheet(fit),
@@ -84,7 +91,7 @@ def outcome_of(
         ),
         findings=(
             *dropped, *findings(fit, study.mapped, com_given=alike is None),
-            *departure_findings(contradicted),
+            *departure_findings(contradicted), *constant_findings(constant, contradicted),
         ),
         footer=footer(options.method, options.balance, options.errors_in_variables),
         rmse=RmseRecord(rows=rmse_rows(stages, study.held_out), rejected=dict(rejected)),
@@ -193,7 +200,7 @@ def pose_wrenches(data: PoseData, calibration: FootCalibration) -> dict[str, obj
 
 def verdict(
     study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure],
-    alike: CommonShift | None = None,
+    constant: ConstantError, alike: CommonShift | None = None,
 ) -> VerdictRecord:  # fmt: skip
     """One sentence: what the sum of forces was off by, and is now on poses not used.
 
@@ -216,6 +223,7 @@ def verdict(
         f"{number(moment, 2)} Nm now.",
         *common_words(fit),
         *_place_words(alike),
+        *attitude_words(fit),
         *slow_words(study.slow),
     ]
     suspects = suspect_legs(study.mapped, fit.geometry.legs)
@@ -228,7 +236,8 @@ def verdict(
         f"{'' if alternated else ' on poses not used for the fit'} ({number(before, 2)} N with a "
         "tare in the air)."
     )
-    if suspects:
+    shifted = constant.stands_out and not contradicted
+    if suspects and not shifted:
         return VerdictRecord(
             level="warning",
             sentence=f"{sentence} Leg {', '.join(suspects)} does not fit the others.",
@@ -237,18 +246,30 @@ def verdict(
     if contradicted:
         names = {BELIEF.get(one.name, "hanging") for one in contradicted}
         sentence = f"{sentence} The poses contradict {' and '.join(sorted(names))}."
+    if shifted:
+        sentence = (
+            f"{sentence} In all poses it is off alike, as offsets that moved since hanging do."
+        )
     unplaced = alike is not None and alike.stands_out
     if unplaced:
         sentence = f"{sentence} All hips are shifted alike, or the CoM of the chassis is elsewhere."
     noisy = fit.options.noise_known and fit.noise_factor > _NOISY
+    few = fit.left < FEWEST_LEFT
     actions: tuple[str, ...] = ()
+    if few:
+        sentence = f"{sentence} So few poses do not show whether anything is wrong."
+        needed = -((6 * fit.poses - fit.left + FEWEST_LEFT) // -6)
+        actions = (
+            f"Record at least {needed} poses: {fit.poses} leave nothing to check the fit by.",
+        )
     if noisy:
         actions = (
+            *actions,
             f"Run diagnose: the balance is {fit.noise_factor:.1f} times noisier than the stated "
             "noise of the sensors, so something is not in the model.",
         )
     return VerdictRecord(
-        level="warning" if noisy or contradicted or unplaced else "good",
+        level="warning" if noisy or contradicted or unplaced or few or shifted else "good",
         sentence=sentence,
         actions=(*actions, _GIVE_COM) if unplaced else actions,
         details=tuple(details),
@@ -285,6 +306,17 @@ def _place_words(alike: CommonShift | None) -> tuple[str, ...]:
     return (
         "Standing shows hips against the CoM of the chassis, and chassis_com_m is not given: a "
         f"shift common to all hips may be that of the CoM, to ± {x}, {y}, {z} mm (x, y, z).",
+    )
+
+
+def attitude_words(fit: PoseFit) -> tuple[str, ...]:
+    """How far the logged attitudes scatter, where the balance shows it."""
+    sd = fit.options.attitude_sd_rad * (1.0 if fit.options.noise_known else fit.noise_factor)
+    if sd == 0.0:
+        return ()
+    return (
+        f"The attitudes of the body scatter by about {number(float(np.rad2deg(sd)), 2)}° from pose "
+        "to pose; the intervals allow for it.",
     )
 
 
