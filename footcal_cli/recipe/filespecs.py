@@ -141,7 +141,7 @@ class FileSpec(Frozen):
     match: str = "*"
     separator: str = ","
     decimal: Literal[".", ","] = "."
-    thousands: Literal["", ".", ",", "'", " ", "\u00a0", "\u202f"] = ""
+    thousands: Literal["", ".", ",", "'", " ", "_", "\u00a0", "\u202f"] = ""
     encoding: str = "utf-8"
     comment: str = ""
     skip_rows: int = Field(default=0, ge=0)

@@ -10,7 +10,7 @@ POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA = re.compile(r"[+-]?(?:\d+,\d+|\d+)(?:[eE][+-]?\d+)?")
 _COMMA_ONLY = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _POINT_ONLY = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
-_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})(?:\1\d{3})*((?!\1)[.,]\d+)?")
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' _\u00a0\u202f])\d{3})(?:\1\d{3})*((?!\1)[.,]\d+)?")
 _TIME_OF_DAY = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?: ?[AP]M)?"
 _DATE = re.compile(
     rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"

@@ -297,7 +297,7 @@ def _csv_header(path: Path) -> list[str]:
         text = start.decode("utf-8-sig", errors="strict" if end < 0 else "replace")
         if "\N{REPLACEMENT CHARACTER}" in text.partition("\n")[0]:
             raise UnicodeError
-        return [name.strip() for name in next(csv.reader(io.StringIO(text, newline="")), [])]
+        return [_spoken(n) for n in next(csv.reader(io.StringIO(text, newline="")), [])]
     except UnicodeError:
         raise DataError(
             "not readable as UTF-8 text", file=path, remedy=_AS_CSV, foreign=True
@@ -336,7 +336,12 @@ def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
         raise unreadable(path, error) from None
     _refuse_cut_line(content, path)
-    return frame.rename(columns=str.strip)
+    return frame.rename(columns=_spoken)
+
+
+def _spoken(name: str) -> str:
+    """A name on one line: a sheet's header may break it."""
+    return " ".join(name.split()) if "\n" in name else name.strip()
 
 
 def _refuse_foreign_bytes(content: bytes, path: Path) -> None:

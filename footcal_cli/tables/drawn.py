@@ -24,6 +24,7 @@ _DIGITS = str.maketrans({
     "\N{ARABIC DECIMAL SEPARATOR}": ".", "\N{ARABIC THOUSANDS SEPARATOR}": "",
 })  # fmt: skip
 """Digits of Arabic, Persian, Devanagari, and those as wide as Chinese characters."""
+_BROKEN = re.compile(r'(?m)(?:^|(?<=[,;\t]))"[^"\n]{0,80}(?:\n[^"\n]{0,80}){1,4}"(?=[,;\t\r\n])')
 _EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]\d{2,3})(?!\w)")
 
 
@@ -40,7 +41,12 @@ def undrawn(line: str, separator: str) -> str:
 
 
 def with_plain_numbers(text: str) -> str:
-    """A text whose numbers have ASCII digits, and exponents of Fortran (``0.5D+01``) as E."""
+    """A text whose numbers have ASCII digits, and exponents of Fortran (``0.5D+01``) as E.
+
+    Line breaks within quoted fields, as sheets have them in their headers, become blanks.
+    """
+    if '"' in text:
+        text = _BROKEN.sub(lambda field: " ".join(field[0].split()), text)
     if not text.isascii():
         text = text.translate(_DIGITS)
     some = any(sign in text for sign in ("D+", "D-", "d+", "d-"))

@@ -243,7 +243,7 @@ def c3d_two_plates(to: Path, rng: Rng) -> Made:
     made["parameters"]["POINT"]["RATE"]["value"] = [50.0]
     made["parameters"]["ANALOG"]["RATE"]["value"] = [50.0]
     labels = [f"{a}{k}" for k in (1, 2) for a in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
-    made["parameters"]["ANALOG"]["LABELS"]["value"] = labels
+    made["parameters"]["ANALOG"]["LABELS"]["value"] = tuple(labels)
     made.add_parameter("ANALOG", "UNITS", ["N", "N", "N", "Nmm", "Nmm", "Nmm"] * 2)
     channels = []
     for k in (0, 1):
@@ -257,7 +257,7 @@ def c3d_two_plates(to: Path, rng: Rng) -> Made:
         corners[0, :, k] += 420 * k
     for name, value in (
         ("USED", [2]), ("TYPE", [2, 2]), ("ZERO", [1, 0]), ("CORNERS", corners),
-        ("ORIGIN", np.zeros((3, 2))), ("CHANNEL", np.arange(1, 13).reshape(2, 6).T),
+        ("ORIGIN", np.zeros((3, 2))), ("CHANNEL", np.arange(1.0, 13.0).reshape(2, 6).T),
     ):  # fmt: skip
         made.add_parameter("FORCE_PLATFORM", name, value)
     made["data"]["points"] = np.zeros((4, 0, n))
