@@ -204,6 +204,10 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
         others = [c for c in counted if c.quantity in ("reading", "unknown")]
+        if not others and len(loads) == 1 and loads[0].unit in LOADS:
+            # a force that something calibrated before has read, and one alone
+            forces = [c for c in counted if c.quantity == "force"]
+            others = forces if len(forces) == 1 and forces[0].name.axis in ("", "fz") else []
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
         return _straightest(found)

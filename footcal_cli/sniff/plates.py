@@ -53,7 +53,11 @@ def force_and_cop(file: FileGuess) -> Plan | None:
     tables = []
     for name, foot in feet.items():
         force = of(foot.force, foot.force.unit or "N")
-        entries[f"{name}_fz_n"] = replace(force, why="a vertical force")
+        down = _points_down(foot.force)
+        entries[f"{name}_fz_n"] = replace(
+            force, why="a vertical force" + ", of the foot on the plate: it points down" * down,
+            factor=-(force.factor or 1.0) if down else force.factor,
+        )  # fmt: skip
         for axis, column, sign in (("x", foot.x, 1.0), ("y", foot.y, foot.y_sign)):
             entry = replace(of(column, column.unit or unit), why="its CoP")
             entries[f"{name}_cop_{axis}_m"] = replace(entry, factor=-1.0 if sign < 0 else None)
@@ -72,6 +76,12 @@ def force_and_cop(file: FileGuess) -> Plan | None:
         "a force and a CoP each", "likely", "static-init", "cells", entries, (), rate_hz=rate,
         robot=tuple(tables), blanks=(MASS, *blanks), warnings=warnings,
     )  # fmt: skip
+
+
+def _points_down(force: ColumnGuess) -> bool:
+    """Whether a vertical force is what stands on a plate, not what the plate bears it with."""
+    values = numbers_of(force)
+    return bool(np.nanmedian(values[np.abs(values) > _LOADED * np.nanmax(np.abs(values))]) < 0)
 
 
 def _number_of(file: FileGuess) -> str:

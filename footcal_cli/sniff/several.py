@@ -19,6 +19,7 @@ from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, without_silent_rows
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.stepping import with_sides
+from footcal_cli.sniff.twins import by_loaded_cell, without_twins
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
@@ -42,13 +43,13 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         if joined:
             return joined, []
     parts, others = [], []
-    for group in alike:
+    for group in [own for whole in alike for own in by_loaded_cell(whole)]:
         made = alike_part(group)
         if made is None:
             others += group
         else:
             parts.append(made)
-    return with_one_name(*with_bodies(parts, others))
+    return with_one_name(*with_bodies(without_twins(parts), others))
 
 
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:

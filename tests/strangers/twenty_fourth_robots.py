@@ -241,6 +241,7 @@ def c3d_two_plates(to: Path, rng: Rng) -> Made:
     n = len(fz)
     made = ezc3d.c3d()
     made["parameters"]["POINT"]["RATE"]["value"] = [50.0]
+    made["parameters"]["POINT"]["UNITS"]["value"] = ("mm",)
     made["parameters"]["ANALOG"]["RATE"]["value"] = [50.0]
     labels = [f"{a}{k}" for k in (1, 2) for a in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
     made["parameters"]["ANALOG"]["LABELS"]["value"] = tuple(labels)
@@ -259,7 +260,7 @@ def c3d_two_plates(to: Path, rng: Rng) -> Made:
         ("USED", [2]), ("TYPE", [2, 2]), ("ZERO", [1, 0]), ("CORNERS", corners),
         ("ORIGIN", np.zeros((3, 2))), ("CHANNEL", np.arange(1.0, 13.0).reshape(2, 6).T),
     ):  # fmt: skip
-        made.add_parameter("FORCE_PLATFORM", name, value)
+        made["parameters"]["FORCE_PLATFORM"][name]["value"] = value
     made["data"]["points"] = np.zeros((4, 0, n))
     path = to / "stand.c3d"
     made.write(str(path))
