@@ -20,8 +20,9 @@ class Place(Frozen):
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
     unit, `nanoseconds` the column next to whole seconds, `high_word` the high one of two registers
-    of 16 bits (Modbus) whose low one is `column`, `plus` other columns that come on top and
-    their units (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates
+    of 16 bits (Modbus) whose low one is `column`, `over` the column that its numbers are divided by
+    (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
+    other columns that come on top and their units (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates
     texts, `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
     empty cell means what stands above it. `only_where` is for a weight that lies on one cell at a
@@ -41,6 +42,7 @@ class Place(Frozen):
     factor: float | None = None
     nanoseconds: str = ""
     high_word: str = ""
+    over: str = ""
     plus: dict[str, str] = Field(default_factory=dict)
     wraps_at: float | None = Field(default=None, gt=0)
     summed: bool = False
@@ -69,6 +71,8 @@ class Place(Frozen):
             raise ValueError("an empty cell means what stands above it, or nothing: held, missing")
         if self.high_word and not self.column:
             raise ValueError("high_word stands next to the column of low words")
+        if self.over and not self.column:
+            raise ValueError("over stands next to the column that is divided by it")
         if self.nanoseconds and not self.column:
             raise ValueError("nanoseconds stand next to a column of whole seconds")
         if self.plus and (not self.column or self.unit is None):

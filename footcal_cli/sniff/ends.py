@@ -119,6 +119,6 @@ def refuse_said_below(
         raise DataError(
             f"'{lines[said[-1]].strip()}' stands below the last reading, and no such remark above "
             "the first: each seems to be of the readings above it",
-            file=path, remedy="write what lay on the sensor above its readings, or beside each of "
-            "them (load_kg), and run init again",
+            file=path, remedy="write what lay on the sensor above its readings, or next to each "
+            "of them (load_kg), and run init again",
         )  # fmt: skip

@@ -96,6 +96,7 @@ _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
+_MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
 TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
@@ -313,12 +314,13 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}
-    if last in ("x", "y") and unit in LENGTHS and set(words) & _REPORTED:
-        return "cop", last, {last, *_REPORTED}
-    if (last in ("x", "y") and set(words) & {
-        "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
-    }) or (stem.lower() in ("x", "y") and unit in (*LENGTHS, None)):  # fmt: skip
-        return "hole", last, {last}
+    place = words[0] if len(words) > 1 and words[0] in ("x", "y") else last  # X_ref, ref_x
+    if place in ("x", "y") and unit in LENGTHS and set(words) & _REPORTED:
+        return "cop", place, {place, *_REPORTED}
+    if (place in ("x", "y") and set(words) & _MARKED) or (
+        stem.lower() in ("x", "y") and unit in (*LENGTHS, None)
+    ):
+        return "hole", place, {place}
     if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)

@@ -60,7 +60,9 @@ def force_and_cop(file: FileGuess) -> Plan | None:
         )  # fmt: skip
         for axis, column, sign in (("x", foot.x, 1.0), ("y", foot.y, foot.y_sign)):
             entry = replace(of(column, column.unit or unit), why="its CoP")
-            entries[f"{name}_cop_{axis}_m"] = replace(entry, factor=-1.0 if sign < 0 else None)
+            entries[f"{name}_cop_{axis}_m"] = replace(
+                entry, factor=-(entry.factor or 1.0) if sign < 0 else entry.factor
+            )
         corners = enumerate(_around(foot, unit), 1)
         cells = "\n".join(f"p{i} = {{ x_m = {x:.3f}, y_m = {y:.3f} }}" for i, (x, y) in corners)
         tables.append(
@@ -120,7 +122,7 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
     for column in file.columns:
         if column.values is None or not np.isfinite(column.values).any():
             continue
-        key = _key(column)
+        key = key_of(column)
         words = words_of(column.column)
         last = next((w for w in reversed(words) if not w.isdigit() and w not in _LAST), "")
         if column.quantity in ("force", "load") and column.name.axis in ("", "fz"):
@@ -144,7 +146,7 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
 _LAST = ("left", "right", "l", "r", "mm", "cm", "m")
 
 
-def _key(column: ColumnGuess) -> str:
+def key_of(column: ColumnGuess) -> str:
     """Side of a column, or the number that its name ends with, or the only one in it."""
     stem = split_unit(column.column)[0]
     number = re.search(r"(\d+)\s*(?:[\[(].*)?$", column.column)

@@ -64,6 +64,7 @@ def source_columns(
     wanted = {p.column for p in places.values() if p.in_file}
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
     wanted |= {p.high_word for p in places.values() if p.high_word}
+    wanted |= {p.over for p in places.values() if p.over}
     wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
     wanted |= conditions
@@ -108,6 +109,8 @@ def source_columns(
             if place.high_word:
                 both = (place.column, place.high_word)
                 found[name] = with_high_word(found[name], raw[place.high_word], both, path)
+            if place.over:
+                found[name] = _divided(found[name], raw[place.over], place, path)
             if place.nanoseconds:
                 found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:
@@ -195,6 +198,18 @@ def _with_nanoseconds(
             )  # fmt: skip
     stamps = whole.values.astype(np.int64) * 10**9 + rest.values.astype(np.int64)
     return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
+
+
+def _divided(raw: RawColumn, by: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
+    """A column by another one; empty where that is nought."""
+    for one, name in ((raw, place.column), (by, place.over)):
+        if one.kind != "number":
+            raise DataError("holds no numbers", file=path, column=name,
+                            remedy="correct `over` in [columns]")  # fmt: skip
+    size = by.values.astype(np.float64)
+    empty = raw.empty | by.empty | (size == 0.0)
+    values = raw.values.astype(np.float64) / np.where(empty, np.nan, size)
+    return replace(raw, values=values, empty=empty)
 
 
 def _plus(

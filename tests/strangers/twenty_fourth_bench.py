@@ -208,7 +208,7 @@ def keithley_buffer(to: Path, rng: Rng) -> Made:
     one, paths = Cell(21.0, -7.0, 1e-3), []
     for kg in _KG:
         lines = [f"{c:+.8E}VDC,{0.1 * i:+.3f}SECS,{i:+06d}RDNG#"
-                 for i, c in enumerate(one.read(np.full(25, kg * G), rng, whole=False))]  # fmt: skip
+                 for i, c in enumerate(one.read(np.full(25, kg * G), rng, False))]  # fmt: skip
         paths.append(write(to / f"{kg:g}kg.txt", lines))
     return Made(paths, truth_of(one, 50))
 
@@ -264,8 +264,8 @@ def target_and_actual(to: Path, rng: Rng) -> Made:
     one, target = Cell(980.0, -5.0, 2e-5), steps((0, 200, 400, 600, 800), 4)
     actual = 0.97 * target + rng.normal(0, 1, target.size)
     read = one.read(actual, rng, whole=False)
-    lines = ["Sollkraft [N];Istkraft [N];Signal [mV/V]",
-             *(x.replace(".", ",") for x in rows(target, actual, read, sep=";", form="%.6f"))]  # fmt: skip
+    body = rows(target, actual, read, sep=";", form="%.6f")
+    lines = ["Sollkraft [N];Istkraft [N];Signal [mV/V]", *(x.replace(".", ",") for x in body)]
     return Made([write(to / "stufen.csv", lines, "latin-1")], truth_of(one, 800))
 
 
@@ -286,7 +286,8 @@ def preloads(to: Path, rng: Rng) -> Made:
         read = one.read(np.full(5, kn * 1e3), rng, whole=False)
         first = f"{read[0]:.6f}" if kn in (0, 500) else ""
         lines.append(f"{kn},{first}," + ",".join(f"{v:.6f}" for v in read[1:]))
-    return Made([write(to / "iso376.csv", lines)], truth_of(one, 500_000))
+    return Made([write(to / "iso376.csv", lines)],
+                truth_of(dict.fromkeys(("x1", "x2", "up", "down"), one), 500_000))  # fmt: skip
 
 
 def across_midnight(to: Path, rng: Rng) -> Made:

@@ -17,7 +17,6 @@ from tests.strangers.rigs import (
     G,
     Made,
     Rng,
-    Tool,
     Truth,
     cell,
     filled,
@@ -52,7 +51,7 @@ def netft_counts_unsaid(to: Path, rng: Rng) -> Made:
     counts = np.round(wrench * 1e6)
     lines = ["rdt_sequence,ft_sequence,status,Fx,Fy,Fz,Tx,Ty,Tz,qx,qy,qz,qw"]
     lines += [f"{i + 1},{70000 + 7 * i},0,{body}"
-              for i, body in enumerate(rows(*counts.T, *rot.as_quat().T, form="%.10g"))]  # fmt: skip
+              for i, body in enumerate(rows(*counts.T, *rot.as_quat().T))]  # fmt: skip
     return Made([write(to / "rdt.csv", lines)], says="counts")
 
 
