@@ -22,8 +22,9 @@ class Place(Frozen):
     unit, `nanoseconds` the column next to whole seconds, `high_word` the high one of two registers
     of 16 bits (Modbus) whose low one is `column`, `over` the column that its numbers are divided by
     (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
-    other columns that come on top and their units (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates
-    texts, `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
+    other columns that come on top and their units
+    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates texts,
+    `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
     empty cell means what stands above it. `only_where` is for a weight that lies on one cell at a
     time, ``{ loaded_cell = "FL" }``: where that column says something else the number is 0.

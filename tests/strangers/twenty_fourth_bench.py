@@ -286,8 +286,8 @@ def preloads(to: Path, rng: Rng) -> Made:
         read = one.read(np.full(5, kn * 1e3), rng, whole=False)
         first = f"{read[0]:.6f}" if kn in (0, 500) else ""
         lines.append(f"{kn},{first}," + ",".join(f"{v:.6f}" for v in read[1:]))
-    return Made([write(to / "iso376.csv", lines)],
-                truth_of(dict.fromkeys(("x1", "x2", "up", "down"), one), 500_000))  # fmt: skip
+    cells = dict.fromkeys(("x_1", "x_2", "x_3_up", "x_3_down"), one)
+    return Made([write(to / "iso376.csv", lines)], truth_of(cells, 500_000))
 
 
 def across_midnight(to: Path, rng: Rng) -> Made:
