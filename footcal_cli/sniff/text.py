@@ -18,6 +18,7 @@ from footcal_cli.sniff.header import (
     names_otherwise,
     once,
     parted,
+    properties,
     qualified,
     units_above,
     with_units_said,
@@ -303,7 +304,10 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     header_at: int | None = None
     candidates = [(i, header_fields(line, body, comment)) for i, line in above]
     candidates, units = parted([(i, fields) for i, fields in candidates if fields])
-    if not candidates and (otherwise := names_otherwise(above, body)) is not None:
+    if keyed := properties(above, body):
+        header_at, fields, units = keyed
+        names = tuple(fields)
+    elif not candidates and (otherwise := names_otherwise(above, body)) is not None:
         header_at, found = otherwise
         names = tuple(found)
     elif candidates:

@@ -8,12 +8,13 @@ import re
 from collections import Counter
 
 from footcal_cli.tables.pose_blocks import begins_with_poses
+from footcal_cli.tables.turns import TURNS, take_turns
 
 READERS = {
     ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
     ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
     ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
-    ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
+    ".txt": "logs", ".prom": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
     ".log": "logs", ".yaml": "documents", ".yml": "documents", ".xml": "records",
     ".ini": "logs", ".toml": "logs", ".parquet": "logs", ".pq": "logs", ".html": "webpages",
     ".htm": "webpages",
@@ -89,6 +90,8 @@ def kind_of_records(text: str) -> str:
         return kind
     if begins_with_poses(text):
         return BLOCKS
+    if take_turns(text):
+        return TURNS
     if re.match(r"\s*<(?:!doctype html|html|table)\b", text, re.IGNORECASE):
         return "HTML"
     if is_xml(text):
