@@ -258,7 +258,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
         file, "one cell alone, without a load", "one column of readings",
         "guess" if doubt else "likely",
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
-        blanks=(*doubt, blank_loads(seconds, numbers_of(cell)), *blanks),
+        blanks=(*doubt, blank_loads(seconds, numbers_of(cell), stamped=bool(time)), *blanks),
     )  # fmt: skip
 
 

@@ -155,26 +155,41 @@ def _holds(time_s: FloatArray, reading: FloatArray, **own: Any) -> Plateaus:
     return find_plateaus(time_s[good][order], reading[good][order], options)
 
 
-def blank_loads(time_s: FloatArray, reading: FloatArray) -> Blank:
+def blank_loads(time_s: FloatArray, reading: FloatArray, *, stamped: bool = True) -> Blank:
     """The loads to be filled in, with what was found of their holds.
 
     Parameters
     ----------
     time_s, reading
         Shape (n,).
+    stamped
+        Whether the log has stamps; without any the holds may be of any length.
     """
-    found = _holds(time_s, reading)
+    found, own = _holds(time_s, reading), ()
+    for shortest in _SHORTER_S:
+        if np.unique(found.level).size > 1:
+            break
+        window = min(PlateauOptions().window_s, shortest * 2 / 3)
+        found = _holds(time_s, reading, min_hold_s=shortest, window_s=window)
+        own = (f"min_hold_s = {shortest:g}", f"window_s = {window:.3g}")
     levels = np.unique(found.level).size
+    own = own if levels > 1 else ()
     medians = [
         f"{np.median(found.median[found.level == level]):.0f}"
         for level in np.unique(found.level)[:_MOST_LISTED]
     ] + ["…"] * (levels > _MOST_LISTED)
-    if not levels:
+    if not levels and not stamped:
+        said = "no hold was found, and there are no stamps; better: a column load_kg"
+    elif not levels:
         said = "no hold was found; widen min_hold_s and max_scatter"
     else:
         said = f"{levels} holds were found, at readings of {', '.join(medians)}"
     places = ", ".join(" " for _ in range(max(levels, 2)))
     return Blank(
-        ("# [offline_fit.plateaus]", f'# loads = "{places} kg"    # in order of time: {said}'),
+        (
+            "# [offline_fit.plateaus]",
+            f'# loads = "{places} kg"    # in order of time: {said}',
+            *(f"# {line}    # holds are short" for line in own),
+        ),
         "the log does not say which loads were put on",
     )

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
+from footcal_cli.sniff.file_loads import escaped
+from footcal_cli.sniff.file_names import Beside, Part, alike_part, called
 from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.one_by_one import marked_files, posed_files
 from footcal_cli.sniff.plan import Entry, without_silent_rows
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.stepping import with_sides
@@ -42,6 +45,11 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         joined = _two(alike[0][0], alike[1][0])
         if joined:
             return joined, []
+    for group, rest in permutations(alike, 2) if len(alike) == 2 else ():
+        if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
+            return [made], []
+    if len(alike) == 1 and (made := marked_files(alike[0])) is not None:
+        return [made], []
     parts, others = [], []
     for group in [own for whole in alike for own in by_loaded_cell(whole)]:
         made = alike_part(group)

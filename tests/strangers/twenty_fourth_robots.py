@@ -290,7 +290,7 @@ def amti_points_in_file_names(to: Path, rng: Rng) -> Made:
                      "Time (s),Fx (N),Fy (N),Fz (N),Mx (N-m),My (N-m),Mz (N-m)",
                      *rows(*data, form="%.5f")]  # fmt: skip
             paths.append(write(to / f"spot_x{x}_y{y}.csv", lines))
-    return Made(paths, says="cop")
+    return Made(paths, cop_within_m=1.5e-3)
 
 
 def insole_weights_listed(to: Path, rng: Rng) -> Made:

@@ -1,0 +1,89 @@
+"""Files whose names say a cell and a load each: ``toe_2p5lb (1).csv``, ``heel_0lb.csv``.
+
+Room: sniff; asked by file_names. The readings say whether the words are cells.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from footcal_cli.core.readings import straightness
+from footcal_cli.sniff.groups import readings
+from footcal_cli.sniff.guesses import FileGuess, numbers_of
+from footcal_cli.sniff.plan import Entry, Plan, reading_entry
+from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+
+_WEIGHT = re.compile(
+    r"(?<![A-Za-z0-9.])(\d+(?:[.,p]\d+)?)[ _]?(kg|g|N|kN|mN|lbs?|oz|mg)(?![A-Za-z0-9])",
+    re.IGNORECASE,
+)
+_NOTHING = re.compile(
+    r"(?<![A-Za-z])(?:tare|zero|empty|no[ _]?load|unloaded|leer|null)(?![A-Za-z])"
+)
+_NO_CELL = re.compile(
+    r"(?<![A-Za-z])(?:run|trial|rep|copy|kopie|lauf|up|down)(?![A-Za-z])|[^A-Za-z]+"
+)
+_ONE_LINE = 0.999
+"""How much of the readings one line explains if they are of one cell."""
+
+
+def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: str) -> Plan | None:
+    """The plan for files of one reading each, whose names say a cell and a load; None without.
+
+    Parameters
+    ----------
+    group
+        The logs.
+    words, expression
+        What tells their names apart, with its unit where all have one, and the regular expression
+        that finds it.
+    """
+    said = [_said(word) for word in words]
+    found = [one for one in said if one is not None]
+    if len(found) < len(said):
+        return None
+    loads, units, cells = (list(part) for part in zip(*found, strict=True))
+    spelled = {unit for unit in units if unit}
+    sizes = next((s for s in (MASSES, WEIGHTS) if spelled and spelled <= s.keys()), None)
+    if sizes is None or len({*cells}) < 2 or not all(cells):
+        return None
+    load = np.array(
+        [n * sizes[u or next(iter(spelled))] for n, u in zip(loads, units, strict=True)]
+    )
+    each = {cell: np.array([c == cell for c in cells]) for cell in dict.fromkeys(cells)}
+    read = np.array([np.nanmedian(numbers_of(readings(file)[0])) for file in group])
+    if any(np.unique(load[own]).size < 2 for own in each.values()):
+        return None
+    if straightness(load, read) > _ONE_LINE:
+        return None  # the words are of runs
+    channels = dict(zip(words, cells, strict=True))
+    put = {word: f"{n:.10g}" for word, n in zip(words, load, strict=True)}
+    return Plan(
+        group[0], "known weights, a file for each cell and weight", "the files' names say both",
+        "likely", "offline-fit", "weights", {
+            "load_n": _by_name(expression, put, "kg" if sizes is MASSES else "N"),
+            "channel": _by_name(expression, channels),
+            "counts": reading_entry(readings(group[0])[0]),
+        }, tuple(each),
+    )  # fmt: skip
+
+
+def _by_name(expression: str, names: Mapping[str, str], unit: str | None = None) -> Entry:
+    return Entry(file_name=expression, unit=unit, names=names, why="the files' names")
+
+
+def _said(word: str) -> tuple[float, str, str] | None:
+    """Load, its unit and the cell of a name; None where it does not say one load."""
+    found = list(_WEIGHT.finditer(word))
+    nothing = _NOTHING.search(word.lower())
+    if len(found) > 1 or not (found or nothing):
+        return None
+    rest = _WEIGHT.sub(" ", word) if found else _NOTHING.sub(" ", word.lower())
+    cell = "_".join(_NO_CELL.sub(" ", rest).lower().split())
+    if not found:
+        return 0.0, "", cell
+    number = float(found[0][1].lower().replace("p", ".").replace(",", "."))
+    return number, known_unit(found[0][2]) or "", cell
