@@ -165,7 +165,7 @@ def blank_loads(time_s: FloatArray, reading: FloatArray, *, stamped: bool = True
     stamped
         Whether the log has stamps; without any the holds may be of any length.
     """
-    found, own = _holds(time_s, reading), ()
+    found, own = _holds(time_s, reading), tuple[str, ...]()
     for shortest in _SHORTER_S:
         if np.unique(found.level).size > 1:
             break
@@ -185,11 +185,10 @@ def blank_loads(time_s: FloatArray, reading: FloatArray, *, stamped: bool = True
     else:
         said = f"{levels} holds were found, at readings of {', '.join(medians)}"
     places = ", ".join(" " for _ in range(max(levels, 2)))
+    # what holds of these lines as it is stands there without a mark of a comment
+    own = (f"{own[0]}    # likely: holds are short", *own[1:]) if own else ()
     return Blank(
-        (
-            "# [offline_fit.plateaus]",
-            f'# loads = "{places} kg"    # in order of time: {said}',
-            *(f"# {line}    # holds are short" for line in own),
-        ),
+        ("# [offline_fit.plateaus]"[2 * bool(own) :], *own,
+         f'# loads = "{places} kg"    # in order of time: {said}'),
         "the log does not say which loads were put on",
-    )
+    )  # fmt: skip

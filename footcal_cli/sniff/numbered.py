@@ -80,6 +80,7 @@ def numbered(file: FileGuess) -> FileGuess:
         made |= {k: v for k, v in _lettered(file).items() if k not in made}
     for stem, columns in stems.items():
         made |= {k: v for k, v in _vector(stem, columns).items() if k not in made}
+    made = made or _axes_again(file)
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
 
@@ -219,6 +220,43 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
                 for i, (axis, c) in enumerate(zip("xyz", columns, strict=True))
             }  # fmt: skip
     return {}
+
+
+def _axes_again(file: FileGuess) -> dict[str, ColumnGuess]:
+    """Columns that are called x, y, z alone, again and again, as pandas counts them: ``x.1``.
+
+    Two vectors beside a quaternion are taken for a force and a torque; whether they are the weight
+    of one thing its attitudes say.
+    """
+    found: dict[str, dict[str, ColumnGuess]] = {}
+    for column in file.columns:
+        axis = re.fullmatch(r"([xyzw])(?:\.(\d+))?", column.column.strip().lower())
+        if axis and column.values is not None:
+            group = axis[2] or "0"
+            if axis[1] == "w" and group not in ("0", max(found, default="")):
+                return {}
+            # of the last group alone there is a w, which pandas does not count
+            found.setdefault(max(found, default="0") if axis[1] == "w" else group, {})[axis[1]] = (
+                column
+            )
+    turned = [own for own in found.values() if set(own) == set("xyzw")]
+    felt = [own for own in found.values() if set(own) == set("xyz")]
+    if len(turned) != 1 or len(felt) != len(("f", "t")) or file.of("force"):
+        return {}
+    four = np.column_stack([numbers_of(turned[0][a]) for a in "xyzw"])
+    if not np.allclose(np.linalg.norm(four, axis=1), 1.0, atol=1e-3):
+        return {}
+    made = {
+        c.column: replace(c, name=NameGuess("quaternion", a), unit=None, sure="likely",
+                          why="x, y, z and w of length one")
+        for a, c in turned[0].items()
+    }  # fmt: skip
+    for letter, own in zip("ft", felt, strict=True):
+        why = f"the {'first' if letter == 'f' else 'second'} x, y, z of two without a name"
+        for a, c in own.items():
+            name = NameGuess("force", letter + a)
+            made[c.column] = replace(c, name=name, sure="guess", why=why)
+    return made
 
 
 def _pose(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:

@@ -11,7 +11,7 @@ Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
     "gravity", "acceleration", "com", "com_acc", "foot_position", "hole", "temperature", "label",
     "direction", "repeat", "session", "phase", "orientation", "placement", "contact", "pressure",
-    "other", "unknown",
+    "position", "other", "unknown",
 ]  # fmt: skip
 
 WORDS: dict[str, Quantity] = {}

@@ -57,11 +57,11 @@ def netft_counts_unsaid(to: Path, rng: Rng) -> Made:
 
 def one_matrix_per_hold(to: Path, rng: Rng) -> Made:
     """A stream of wrenches, and nine numbers for each hold in the order of the holds."""
-    made, wrench, rot = wrist(rng, 12, 40)
+    _, wrench, rot = wrist(rng, 12, 40)
     lines = [",".join(["t", *_FT]), *rows(np.arange(480) / 20, *wrench.T, form="%.5f")]
     turns = [",".join(f"R{i}{j}" for i in "123" for j in "123"),
              *rows(*_once(rot, 40).as_matrix().reshape(-1, 9).T, form="%.6f")]  # fmt: skip
-    return Made([write(to / "ft.csv", lines), write(to / "R.csv", turns)], tool_truth(made))
+    return Made([write(to / "ft.csv", lines), write(to / "R.csv", turns)], says="numbers of holds")
 
 
 def angles_per_hold(to: Path, rng: Rng) -> Made:
@@ -99,10 +99,10 @@ def matrix_in_one_cell(to: Path, rng: Rng) -> Made:
 
 def mangled_by_pandas(to: Path, rng: Rng) -> Made:
     """Force, torque and quaternion all called x, y, z; pandas numbered them."""
-    _, wrench, rot = wrist(rng)
+    made, wrench, rot = wrist(rng)
     lines = ["time,x,y,z,x.1,y.1,z.1,x.2,y.2,z.2,w"]
     lines += rows(np.arange(len(wrench)) / 50, *wrench.T, *rot.as_quat().T, form="%.6f")
-    return Made([write(to / "merged.csv", lines)], says="no force")
+    return Made([write(to / "merged.csv", lines)], tool_truth(made))
 
 
 def scalar_in_front_unsaid(to: Path, rng: Rng) -> Made:
