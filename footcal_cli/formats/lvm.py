@@ -6,6 +6,7 @@ Room: formats; opened by `footcal_cli.formats.detect`.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 from footcal_cli.errors import DataError
@@ -29,7 +30,7 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     comma = "Decimal_Separator\t," in first or "Decimal_Separator," in first
     separator = "," if "Separator\tComma" in first or "Separator,Comma" in first else "\t"
     rows: list[dict[str, str]] = []
-    for number, (above, below) in enumerate(zip(segments, segments[1:], strict=False), start=1):
+    for number, (above, below) in enumerate(pairwise(segments), start=1):
         said: dict[str, list[str]] = {}
         for line in reversed(above.splitlines()):
             word, *others = line.split(separator)

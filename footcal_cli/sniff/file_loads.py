@@ -58,7 +58,8 @@ class Names:
         unit = re.match(r"[A-Za-z]*", self.tail)
         end = unit[0] if unit else ""
         words = tuple(word + end for word in self.middle)
-        return words, f"^{re.escape(self.head)}(.+{end}){re.escape(self.tail[len(end) :])}$"
+        inner = f".+/.+{end}" if all("/" in word for word in words) else f".+{end}"
+        return words, f"^{re.escape(self.head)}({inner}){re.escape(self.tail[len(end) :])}$"
 
     @property
     def expression(self) -> str:

@@ -228,20 +228,21 @@ def _axes_again(file: FileGuess) -> dict[str, ColumnGuess]:
     Two vectors beside a quaternion are taken for a force and a torque; whether they are the weight
     of one thing its attitudes say.
     """
-    found: dict[str, dict[str, ColumnGuess]] = {}
+    found: list[dict[str, ColumnGuess]] = []
     for column in file.columns:
-        axis = re.fullmatch(r"([xyzw])(?:\.(\d+))?", column.column.strip().lower())
-        if axis and column.values is not None:
-            group = axis[2] or "0"
-            if axis[1] == "w" and group not in ("0", max(found, default="")):
-                return {}
-            # of the last group alone there is a w, which pandas does not count
-            found.setdefault(max(found, default="0") if axis[1] == "w" else group, {})[axis[1]] = (
-                column
-            )
-    turned = [own for own in found.values() if set(own) == set("xyzw")]
-    felt = [own for own in found.values() if set(own) == set("xyz")]
-    if len(turned) != 1 or len(felt) != len(("f", "t")) or file.of("force"):
+        axis = re.fullmatch(r"([xyzw])(?:\.\d+)?", column.column.strip().lower())
+        if axis is None or column.values is None:
+            continue
+        if not found or axis[1] in found[-1] or axis[1] == "x":
+            found.append({})
+        found[-1][axis[1]] = column
+    turned = [own for own in found if set(own) == set("xyzw")]
+    felt = [own for own in found if set(own) == set("xyz")]
+    if len(turned) != 1 or len(felt) < len(found) - 1 or file.of("force"):
+        return {}
+    if len(felt) > len("ft") and (at := found.index(turned[0])) > 0:
+        felt = [own for own in felt if own is not found[at - 1]]  # of a pose the place is first
+    if len(felt) != len("ft"):
         return {}
     four = np.column_stack([numbers_of(turned[0][a]) for a in "xyzw"])
     if not np.allclose(np.linalg.norm(four, axis=1), 1.0, atol=1e-3):

@@ -40,7 +40,10 @@ from tests.strangers import (
     twelfth_bench,
     twelfth_robots,
     twentieth,
+    twenty_fifth,
     twenty_first,
+    twenty_fourth_bench,
+    twenty_fourth_robots,
     twenty_second,
     twenty_third_bench,
     twenty_third_robots,
@@ -77,7 +80,20 @@ SAMPLE = (
     twenty_third_bench.readings_of_lbf_force, twenty_third_robots.kistler_two_dimensions,
     twenty_third_robots.json_of_topics, twenty_third_robots.flat_message_with_groups,
     twenty_third_robots.topics_for_legs, twenty_third_robots.holds_of_weights_short,
-    thirteenth_bench.percent_of_full_scale,
+    thirteenth_bench.percent_of_full_scale, twenty_fourth_bench.diadem_extremes,
+    twenty_fourth_bench.subtotals, twenty_fourth_bench.totals_below,
+    twenty_fourth_bench.plates_times, twenty_fourth_bench.pounds_in_file_names,
+    twenty_fourth_bench.autoranging, twenty_fourth_bench.broken_header_cells,
+    twenty_fourth_bench.merged_loads, twenty_fourth_bench.said_afterwards,
+    twenty_fourth_bench.target_and_actual, twenty_fourth_bench.shunt_first,
+    twenty_fourth_bench.lvm_segments, twenty_fourth_robots.one_matrix_per_hold,
+    twenty_fourth_robots.file_per_hold_and_angles, twenty_fourth_robots.matrix_in_one_cell,
+    twenty_fourth_robots.mangled_by_pandas, twenty_fourth_robots.influx_wrench_lines,
+    twenty_fourth_robots.plate_moments_at_points, twenty_fourth_robots.treadmill_three_columns,
+    twenty_fourth_robots.c3d_two_plates, twenty_fourth_robots.amti_points_in_file_names,
+    twenty_fourth_robots.feet_loaded_by_name, twenty_fourth_robots.mqtt_legs,
+    twenty_fifth.sums_without_a_word, twenty_fifth.metrics_of_two_cells,
+    twenty_fifth.topics_of_a_bench,
 )  # fmt: skip
 """Shapes that between them pass every line of the reader; the whole corpora are slow."""
 
@@ -121,6 +137,8 @@ def test_a_sample_of_the_corpus(shape: Write, run: Run, tmp_path: Path) -> None:
         "twenty_first",
         "twenty_second",
         "twenty_third",
+        "twenty_fourth",
+        "twenty_fifth",
     ],
 )
 def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
@@ -134,6 +152,10 @@ def test_the_whole_corpus(corpus: str, run: Run, tmp_path: Path) -> None:
         "twenty_third": (
             *twenty_third_bench.TWENTY_THIRD_BENCH, *twenty_third_robots.TWENTY_THIRD_ROBOTS
         ),
+        "twenty_fourth": (
+            *twenty_fourth_bench.TWENTY_FOURTH_BENCH, *twenty_fourth_robots.TWENTY_FOURTH_ROBOTS
+        ),
+        "twenty_fifth": twenty_fifth.TWENTY_FIFTH,
         "sixteenth": (
             *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
         ),
