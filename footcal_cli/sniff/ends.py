@@ -19,6 +19,8 @@ from footcal_cli.tables.drawn import is_rule
 
 _LEAST_SUMMED = 3
 """Rows whose sum in every column is no row by chance."""
+_FAR = 2.5
+"""How far beyond all rows a sum lies; the next load of a series (0, 1, 2, 3) does not."""
 _ROUNDED = 1e-6
 """How far a printed sum may be from the sum of printed numbers, as a share of it."""
 
@@ -100,7 +102,8 @@ def _is_sum(table: list[list[str]], body: Body) -> bool:
         return False
     above, last = numbers[:-1], numbers[-1]
     total = above.sum(axis=0)
-    return bool(np.all(np.ptp(above, axis=0) > 0) and np.allclose(total, last, rtol=_ROUNDED))
+    far = np.abs(total) > _FAR * np.abs(above).max(axis=0)
+    return bool(np.all(far) and np.allclose(total, last, rtol=_ROUNDED))
 
 
 def refuse_said_below(

@@ -83,17 +83,17 @@ SAMPLE = (
     thirteenth_bench.percent_of_full_scale, twenty_fourth_bench.diadem_extremes,
     twenty_fourth_bench.subtotals, twenty_fourth_bench.totals_below,
     twenty_fourth_bench.plates_times, twenty_fourth_bench.pounds_in_file_names,
-    twenty_fourth_bench.autoranging, twenty_fourth_bench.broken_header_cells,
+    twenty_fourth_bench.broken_header_cells,
     twenty_fourth_bench.merged_loads, twenty_fourth_bench.said_afterwards,
     twenty_fourth_bench.target_and_actual, twenty_fourth_bench.shunt_first,
     twenty_fourth_bench.lvm_segments, twenty_fourth_robots.one_matrix_per_hold,
     twenty_fourth_robots.file_per_hold_and_angles, twenty_fourth_robots.matrix_in_one_cell,
-    twenty_fourth_robots.mangled_by_pandas, twenty_fourth_robots.influx_wrench_lines,
+
     twenty_fourth_robots.plate_moments_at_points, twenty_fourth_robots.treadmill_three_columns,
     twenty_fourth_robots.c3d_two_plates, twenty_fourth_robots.amti_points_in_file_names,
-    twenty_fourth_robots.feet_loaded_by_name, twenty_fourth_robots.mqtt_legs,
-    twenty_fifth.sums_without_a_word, twenty_fifth.metrics_of_two_cells,
-    twenty_fifth.topics_of_a_bench,
+    twenty_fourth_robots.feet_loaded_by_name,
+    twenty_fifth.metrics_of_two_cells,
+
 )  # fmt: skip
 """Shapes that between them pass every line of the reader; the whole corpora are slow."""
 
