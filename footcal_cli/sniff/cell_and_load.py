@@ -1,4 +1,4 @@
-"""Files whose names say a cell and a load each: ``toe_2p5lb (1).csv``, ``heel_0lb.csv``.
+"""Files of one reading each whose names say a cell and a load, or whose first lines say the load.
 
 Room: sniff; asked by file_names. The readings say whether the words are cells.
 """
@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.groups import readings
-from footcal_cli.sniff.guesses import FileGuess, numbers_of
-from footcal_cli.sniff.plan import Entry, Plan, reading_entry
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.plan import Entry, Plan, of, reading_entry
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 
 _WEIGHT = re.compile(
@@ -87,3 +89,38 @@ def _said(word: str) -> tuple[float, str, str] | None:
         return 0.0, "", cell
     number = float(found[0][1].lower().replace("p", ".").replace(",", "."))
     return number, known_unit(found[0][2]) or "", cell
+
+
+_WORDS = (
+    r"(?:known |applied |test )?(?:mass|load|weight|gewicht|masse|last|poids|charge|peso|carga)"
+)
+_UNIT = "|".join(sorted(({*MASSES, *WEIGHTS, "lbs"}), key=len, reverse=True))
+_HEAD = (
+    rf"^[\s#%;/]*(?i:{_WORDS})[^\d\n:=]{{0,20}}[:=]\s*(?P<load>\d+(?:[.,]\d+)?\s?(?:{_UNIT}))\s*$"
+)
+"""``# mass: 500 g`` above the rows of a file."""
+
+
+def load_above(group: Sequence[FileGuess]) -> Plan | None:
+    """The plan for files of one cell, each with its load in a line above the rows; None without."""
+    found = [[m for x in file.text.above if (m := re.search(_HEAD, x))] for file in group]
+    if any(len(own) != 1 for own in found):
+        return None
+    said = [own[0]["load"] for own in found]
+    units = {known_unit(re.sub(r"[\d.,\s]+", "", text)) for text in said}
+    layout, line = group[0].layout, found[0][0].string
+    if len({*said}) < 2 or len(units) != 1 or layout.carried or layout.line:
+        return None
+    # a line that holds below is not counted among those that are left out
+    counted = not (layout.comment and line.lstrip().startswith(layout.comment))
+    layout = replace(layout, carried=_HEAD, skip_rows=layout.skip_rows - counted)
+    file = replace(group[0], text=replace(group[0].text, layout=layout))
+    load = ColumnGuess("load", NameGuess("load"), units.pop(), "likely", "a line above the rows",
+                       pattern=r"([-+]?[\d.,]+)")  # fmt: skip
+    return Plan(
+        file, "known weights, a file for each", "a load in a line above the rows", "likely",
+        "offline-fit", "weights", {
+            "load_n": of(load), "channel": Entry(value="cell", why="one cell alone"),
+            "counts": reading_entry(readings(group[0])[0]),
+        }, ("cell",),
+    )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
-from footcal_cli.sniff.cell_and_load import cell_and_load
+from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
 from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
@@ -88,8 +88,10 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))
         )  # fmt: skip
     if len(readings(first)) == 1:
-        if not stated and (both := cell_and_load(group, *names.with_unit)) is not None:
-            return Part(both, paths, names.match)
+        if not stated:
+            both = cell_and_load(group, *names.with_unit) or load_above(group)
+            if both is not None:
+                return Part(both, paths, names.match)
         if not stated:
             made = _per_load(group, names)
             addresses = {name_guess(word).address or word for word in names.middle}

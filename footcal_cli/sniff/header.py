@@ -48,8 +48,9 @@ def _as_rows_are(line: str, body: Body) -> str:
 
 def _split(line: str, body: Body) -> list[str]:
     fields = fields_of(line.rstrip(body.separator), body.separator)
-    if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
-        fields = fields_of(line, body.separator)
+    if len(fields) < body.width and body.separator != BLANKS and body.width > 2:
+        whole = fields_of(line, body.separator)
+        fields = whole if len(whole) == body.width else fields
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
         fields = fields[: body.width]  # rows without the comments that the header announces
     if len(fields) == body.width - 1 and body.counted:

@@ -19,7 +19,7 @@ _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
 _WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE)
 _POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
 _NO_WRENCH = re.compile(
-    r"pose|position|speed|vel|foot|feet|joint|target|leg|strut|actuator|cable|tendon",
+    r"pose|position|speed|vel|foot|feet|joint(?!.?reaction)|target|leg|strut|actuator|cable|tendon",
     re.IGNORECASE,
 )
 """Also forces along legs, struts and cables: six of a platform are no wrench."""
@@ -49,6 +49,7 @@ _LARGER = 3.0
 
 def numbered(file: FileGuess) -> FileGuess:
     """The log with numbered columns taken for wrenches, poses and rotation matrices."""
+    file = replace(file, columns=tuple(_in_radians(c) for c in _of_length_one(file)))
     stems: dict[str, list[ColumnGuess]] = {}
     for column in file.columns:
         found = _INDEXED.match(column.column)
@@ -220,6 +221,33 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
                 for i, (axis, c) in enumerate(zip("xyz", columns, strict=True))
             }  # fmt: skip
     return {}
+
+
+def _in_radians(column: ColumnGuess) -> ColumnGuess:
+    """An angle in thousandths of a radian."""
+    if column.quantity != "angle" or column.unit != "mrad" or column.values is None:
+        return column
+    name = replace(column.name, unit="rad", factor=1e-3)
+    return replace(column, name=name, unit="rad", values=1e-3 * column.values)
+
+
+def _of_length_one(file: FileGuess) -> tuple[ColumnGuess, ...]:
+    """Columns of a log whose quaternion is in counts, a fixed number of which are one."""
+    four = [c for c in file.of("quaternion") if c.values is not None]
+    if len(four) != len("xyzw"):
+        return file.columns
+    values = np.column_stack([numbers_of(c) for c in four])
+    length = np.linalg.norm(values[np.isfinite(values).all(axis=1)], axis=1)
+    size = float(np.median(length)) if length.size else 0.0
+    if size <= _LARGER or np.ptp(length) > _GRAVITY_WITHIN * size:
+        return file.columns
+    one = float(2.0 ** np.round(np.log2(size)))
+    one = one if abs(size / one - 1.0) < _GRAVITY_WITHIN else size
+    own = {
+        c.column: replace(c, values=numbers_of(c) / one, name=replace(c.name, factor=1.0 / one))
+        for c in four
+    }
+    return tuple(own.get(c.column, c) for c in file.columns)
 
 
 def _axes_again(file: FileGuess) -> dict[str, ColumnGuess]:

@@ -75,7 +75,7 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         The file cannot be read to its end as its layout says.
     """
     if layout.plain:
-        frame = frame_of(_bytes(path), path, texts)
+        frame = frame_of(_with_plain_signs(_bytes(path)), path, texts)
         return frame, np.arange(len(frame), dtype=np.int64) + 2
     if layout.line:
         return _searched(path, layout)
@@ -116,6 +116,17 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         between = pd.DataFrame(found.carried, index=frame.index)
         frame = pd.concat([frame, _as_numbers(between, layout)], axis=1)
     return frame, np.array(numbers, dtype=np.int64)
+
+
+def _with_plain_signs(content: bytes) -> bytes:
+    """A text whose minus is that of mathematics, or stands behind its numbers, with plain ones."""
+    begun = content[:_LONGEST_HEADER].decode("utf-8", errors="replace")
+    if with_plain_numbers(begun) == begun:
+        return content
+    try:
+        return with_plain_numbers(content.decode("utf-8-sig")).encode()
+    except UnicodeDecodeError:
+        return content
 
 
 def before_power_was_lost(content: bytes) -> bytes:

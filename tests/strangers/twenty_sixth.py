@@ -1,4 +1,4 @@
-"""Logs that could be read wrongly: sheets with their own fits, tared or compensated wrenches, signs.
+"""Logs that could be read wrongly: sheets with fits of their own, compensated wrenches, signs.
 
 Written before it was run; `docs/bring_your_log.md` has its first count.
 """
@@ -14,6 +14,7 @@ from tests.strangers.rigs import (
     G,
     Made,
     Rng,
+    Tool,
     cell,
     rows,
     steps,
@@ -60,8 +61,9 @@ def predicted_and_error(to: Path, rng: Rng) -> Made:
     one, kg = cell(rng), steps((*_KG, *_KG[::-1]), 2)
     read = one.read(kg * G, rng)
     slope, zero = np.polyfit(read, kg, 1)
+    guess = slope * read + zero
     lines = ["Applied (kg),ADC,Predicted (kg),Error (g)",
-             *rows(kg, read, slope * read + zero, 1e3 * (slope * read + zero - kg), form="%.7g")]  # fmt: skip
+             *rows(kg, read, guess, 1e3 * (guess - kg), form="%.7g")]  # fmt: skip
     return Made([write(to / "own_fit.csv", lines)], truth_of(one, 50))
 
 
@@ -113,12 +115,13 @@ def weights_with_tolerance(to: Path, rng: Rng) -> Made:
 
 
 def compensated_wrench(to: Path, rng: Rng) -> Made:
-    """A driver that takes the tool's weight off: what is left is noise, of which nothing is known."""
+    """A driver that takes the tool's weight and the offsets off: nothing is left of either."""
     _, wrench, rot = wrist(rng)
     noise = rng.normal(0, 1, wrench.shape) * np.repeat([0.05, 0.003], 3)
     lines = [",".join([*_FT, *_ANGLES]),
              *rows(*noise.T, *rot.as_euler("xyz", degrees=True).T, form="%.5f")]  # fmt: skip
-    return Made([write(to / "compensated.csv", lines)], says="hang-calib")
+    nothing = tool_truth(Tool(0.0, np.zeros(3), np.zeros(6)))
+    return Made([write(to / "compensated.csv", lines)], nothing)
 
 
 def wrench_in_the_base(to: Path, rng: Rng) -> Made:
@@ -152,8 +155,9 @@ def quaternion_in_counts(to: Path, rng: Rng) -> Made:
 def milliradians(to: Path, rng: Rng) -> Made:
     """Angles of an inclinometer in mrad."""
     made, wrench, rot = wrist(rng)
+    turned = 1e3 * rot.as_euler("xyz")
     lines = [",".join(["t_s", *_FT, "roll [mrad]", "pitch [mrad]", "yaw [mrad]"]),
-             *rows(np.arange(300) / 50, *wrench.T, *(1e3 * rot.as_euler("xyz")).T, form="%.5f")]  # fmt: skip
+             *rows(np.arange(300) / 50, *wrench.T, *turned.T, form="%.5f")]  # fmt: skip
     return Made([write(to / "tilt.csv", lines)], tool_truth(made))
 
 
