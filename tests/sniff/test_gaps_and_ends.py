@@ -31,7 +31,8 @@ def written(path: Path, lines: Sequence[str]) -> Path:
 def load_of(path: Path) -> tuple[list[float], bool, tuple[str, ...]]:
     """Known loads of a log, whether gaps are held, and what stands where there is none."""
     loads, _ = loads_and_cells(guess_file(path))
-    assert len(loads) == 1 and loads[0].values is not None
+    assert len(loads) == 1
+    assert loads[0].values is not None
     return loads[0].values.tolist(), loads[0].held, loads[0].missing
 
 
@@ -90,13 +91,15 @@ def test_a_plate_of_six_axes_without_marks_is_not_read_by_its_moments(tmp_path: 
     rows = [",".join(f"{v:.3f}" for v in rng.normal(0, 5, 6)) for _ in range(40)]
     log = written(tmp_path / "log.csv", ["Fx,Fy,Fz,Mx,My,Mz", *rows])
     plan = plan_of(guess_file(log))
-    assert plan is not None and plan.command == "hang-calib"
+    assert plan is not None
+    assert plan.command == "hang-calib"
 
 
 def test_remarks_below_their_readings_are_refused(tmp_path: Path) -> None:
-    lines = [f"{counts(kg)}\n# that was {kg} kg" for kg in (0, 1, 2, 5) for _ in range(1)]
-    lines = [x for x in "\n".join(lines).splitlines() for _ in range(1 if x[0] == "#" else 6)]
-    with pytest.raises(DataError, match="above its readings|readings above it"):
+    lines = []
+    for kg in (0, 1, 2, 5):
+        lines += [str(counts(kg))] * 6 + [f"# that was {kg} kg"]
+    with pytest.raises(DataError, match="each seems to be of the readings above it"):
         guess_file(written(tmp_path / "log.txt", lines))
 
 
