@@ -48,7 +48,8 @@ def _as_rows_are(line: str, body: Body) -> str:
 
 def _split(line: str, body: Body) -> list[str]:
     fields = fields_of(line.rstrip(body.separator), body.separator)
-    if len(fields) < body.width and body.separator != BLANKS and body.width > 2:
+    named = len(fields) > 1 and 2 * len(fields) >= body.width  # else it is a title
+    if named and len(fields) < body.width and body.separator != BLANKS:
         whole = fields_of(line, body.separator)
         fields = whole if len(whole) == body.width else fields
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:

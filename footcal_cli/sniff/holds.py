@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.core.bench.plateaus import PlateauOptions, Plateaus, find_plateaus
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.plan import Blank
+from footcal_cli.sniff.said_weights import said_weight
 from footcal_cli.sniff.texts import FEW
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import LOADS, MASSES, known_unit
@@ -142,6 +143,9 @@ def _kg(text: str) -> float | None:
     """A mass that was typed; None for any other text."""
     if text.strip().lower() in _NOTHING_ON:
         return 0.0
+    said = said_weight(text)
+    if said is not None and all(unit in MASSES for _, unit in said):
+        return sum(number * MASSES[unit] for number, unit in said)
     found = with_unit(text)
     size = MASSES.get(known_unit(found[1]) or "") if found else None
     return None if found is None or size is None else float(found[0].replace(",", ".")) * size

@@ -155,6 +155,9 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         plain = [c for c in file.of("force") if c.name.axis in ("", "fz")]
         if not forces and len(plain) == 1 and others and plain[0] not in others:
             forces = plain
+        asked = [c for c in forces if COMMANDED & set(words_of(c.column))]
+        if len(forces) == 2 and len(asked) == 1 and others:
+            forces = [c for c in forces if c not in asked]
         if len(forces) > 1 and others and all(c.unit in LOADS for c in forces):
             twice = [c.as_quantity("load", "likely", "a load twice") for c in forces]
             if not unlike(twice, others):

@@ -96,6 +96,7 @@ _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
+_TURNED = {"theta", "euler", "angle", "rpy", "rotvec"}
 _MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
@@ -306,8 +307,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return "angle", f"a{last}", {"axis", last}
     if last == "angle" and unit in ("rad", "deg", None):
         return "angle", "angle", {"angle"}
-    if {"theta", "euler", "angle", "rpy"} & set(words) and last in ("x", "y", "z"):
-        return "angle", f"r{last}", {last, "theta", "euler", "angle", "rpy"}
+    if _TURNED & set(words) and last in ("x", "y", "z"):
+        return "angle", f"r{last}", {last, *_TURNED}
     for word in words:
         if word in _ANGLES:
             return "angle", _ANGLES[word], {word}
@@ -360,6 +361,8 @@ def _by_words(
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV"):
                 return "reading", "", set(said)
+            if quantity in ("session", "repeat") and unit in LOADS:
+                return "load", "", set(said)  # Set (kg)
             return quantity, "", set(said)
     if set(words) & FORCE:
         return "force", "", set(words) & FORCE
