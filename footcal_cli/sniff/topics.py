@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.errors import DataError
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.tables.columns import Column
 from footcal_cli.tables.rawcolumn import RawColumn
+from footcal_cli.tables.values import seconds, stamps
 
 _FEWEST = 3
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
@@ -44,10 +48,13 @@ def stamps_of(column: RawColumn) -> FloatArray | None:
         return None
     at = column.values
     if column.kind == "text" and _ISO.match(str(at[0])):
-        import pandas as pd
-
-        dates = pd.to_datetime(pd.Series(at), format="ISO8601", utc=True, errors="coerce")
-        at = (dates - dates.min()).dt.total_seconds().to_numpy()
+        try:
+            found = stamps(column, Column("time_s", "time stamp"), "time", None, Path())
+        except DataError:
+            return None
+        if found is None:
+            return None
+        at = seconds(found - found.min())
     elif column.kind not in ("number", "stamp"):
         return None
     at = np.asarray(at, dtype=np.float64)
