@@ -138,7 +138,7 @@ def _named_by_header(written: list[str], row: str, expression: str) -> str:
         if len(names) == len(fields) > 1:
             counts = [len(re.findall("[\x01\x02\x03]", field)) for field in fields]
             if 1 not in counts:
-                continue  # lists alone: what they hold is told by their numbers
+                continue  # lists alone: their numbers say what they hold
             each = [
                 [name] if n == 1 else [f"{name}_{i}" for i in range(1, n + 1)]
                 for name, n in zip(names, counts, strict=True)

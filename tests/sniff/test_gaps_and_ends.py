@@ -115,10 +115,16 @@ def test_a_metric_of_two_labels_is_two_columns() -> None:
 
 
 def test_readings_that_no_load_moves_are_no_fault_of_the_program(run: Run, tmp_path: Path) -> None:
-    """Means of readings that differ by rounding alone: the scale has no bounds."""
-    rows = [f"{kg},{0.1 * i:.1f}" for kg in (0, 1, 2, 5) for i in (*range(25), *range(24, -1, -1))]
-    log = written(tmp_path / "log.csv", ["load_kg,raw", *rows])
+    """The same numbers under every load: a slope of the rounding alone, and its inverse."""
+    names = [f"{kg:g}kg.csv" for kg in (0, 0.5, 1, 2, 5)]
+    for name in names:
+        written(tmp_path / name, ["adc", *(f"{0.1 * i:.3f}" for i in range(25))])
     recipe = tmp_path / "my.toml"
-    assert run("init", log, "-o", recipe).exit_code == 0
+    recipe.write_text(
+        '[robot]\nchannels = ["cell"]\n[columns]\nchannel = { value = "cell" }\ncounts = "adc"\n'
+        "load_n = { file_name = '^(\\d+(?:\\.\\d+)?)kg', unit = \"kg\" }\n"
+        f"[data]\nweights = {names}\n"
+    )
     answer = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out", "--quiet")
     assert answer.exit_code == 3
+    assert "the readings do not depend on the loads" in answer.err
