@@ -275,6 +275,10 @@ def _axes_again(file: FileGuess) -> dict[str, ColumnGuess]:
     four = np.column_stack([numbers_of(turned[0][a]) for a in "xyzw"])
     if not np.allclose(np.linalg.norm(four, axis=1), 1.0, atol=1e-3):
         return {}
+    for own in felt:  # of an inertial unit one is as long as gravity
+        size = np.linalg.norm(np.column_stack([numbers_of(own[a]) for a in "xyz"]), axis=1)
+        if np.mean(np.abs(size - GRAVITY_MPS2) < _GRAVITY_WITHIN * GRAVITY_MPS2) > _NEARLY_ALL:
+            return {}
     made = {
         c.column: replace(c, name=NameGuess("quaternion", a), unit=None, sure="likely",
                           why="x, y, z and w of length one")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from footcal_cli.errors import DataError
 from footcal_cli.sniff.columns import guess_file
@@ -128,3 +129,17 @@ def test_readings_that_no_load_moves_are_no_fault_of_the_program(run: Run, tmp_p
     answer = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out", "--quiet")
     assert answer.exit_code == 3
     assert "the readings do not depend on the loads" in answer.err
+
+
+def test_an_inertial_unit_without_names_is_no_wrench(tmp_path: Path) -> None:
+    """Rates of turning and accelerations, called x, y, z twice: gravity says which they are."""
+    rng = np.random.default_rng(1)
+    rot = Rotation.random(12, random_state=2)
+    rows = [
+        ",".join(f"{v:.5f}" for v in (*rng.normal(0, 0.01, 3), *felt, *turned))
+        for felt, turned in zip(rot.inv().apply([0, 0, 9.81]), rot.as_quat(), strict=True)
+        for _ in range(10)
+    ]
+    log = written(tmp_path / "imu.csv", ["x,y,z,x.1,y.1,z.1,x.2,y.2,z.2,w", *rows])
+    plan = plan_of(guess_file(log))
+    assert plan is None or plan.command != "hang-calib"
