@@ -10,16 +10,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
 from footcal_cli.sniff.said_weights import DASHES
 
+_MOSTLY = 0.5
+"""Share of rows without a load from which the others are not used alone."""
 _STRAIGHT, _WORSE = 0.98, 0.005
 """What loads explain of a reading at least once gaps are filled in, and how much less at most."""
 
 
-def without_gaps(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> ColumnGuess:
+def without_gaps(
+    load: ColumnGuess, cells: Sequence[ColumnGuess], labels: Sequence[ColumnGuess] = ()
+) -> ColumnGuess:
     """A load whose gaps mean what the readings in them say.
 
     An empty cell below a load is of the same load where the readings agree (merged cells); rows
@@ -27,6 +31,11 @@ def without_gaps(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> ColumnGuess
     """
     values = numbers_of(load)
     read = [numbers_of(c) for c in cells if numbers_of(c).size == values.size]
+    own = next((c.codes for c in labels if c.codes is not None and len(c.words) > 1), None)
+    if own is not None and own.size == values.size:
+        # of cells in turn each has a line of its own
+        parts = [own == code for code in np.unique(own)]
+        read = [_on_one_line(values, r, parts) for r in read]
     if not read:
         return load
     dashes = [word for word in load.names if word in DASHES]
@@ -42,10 +51,23 @@ def without_gaps(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> ColumnGuess
         return load
     above = np.maximum.accumulate(np.where(gaps, -1, np.arange(values.size)))
     held = np.where(above < 0, np.nan, values[np.maximum(above, 0)])
-    if not gaps[0] and _as_straight(values, held, read):
+    events = _as_straight(values, held, read) and bool(np.any(gaps & (above >= 0)))
+    if events and not gaps[0]:
         why = "its name; an empty cell means what stands above it"
         return replace(load, values=held, held=True, why=why)
+    if events or gaps.mean() > _MOSTLY:
+        return load  # what lay there in most rows is not known
     return replace(load, missing=("",), why="its name; rows without it are left out")
+
+
+def _on_one_line(load: FloatArray, read: FloatArray, parts: Sequence[BoolArray]) -> FloatArray:
+    """Readings (n,) of several cells, those of each as loads by the line of its noted ones."""
+    found = np.full(read.size, np.nan)
+    for part in parts:
+        good = part & np.isfinite(load) & np.isfinite(read)
+        if np.unique(load[good]).size > 1 and np.ptp(read[good]) > 0:
+            found[part] = np.polyval(np.polyfit(read[good], load[good], 1), read[part])
+    return found
 
 
 def _as_straight(noted: FloatArray, filled: FloatArray, read: Sequence[FloatArray]) -> bool:

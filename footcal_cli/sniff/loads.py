@@ -142,7 +142,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     loads = [c for c in file.of("load") if c.values is not None and np.ptp(c.values[
         np.isfinite(c.values)]) > 0]  # fmt: skip
     cells = [c for c in readings(file) if c not in loads]
-    loads = [without_gaps(c, cells) for c in loads]
+    loads = [without_gaps(c, cells, file.of("label")) for c in loads]
     if not loads:
         forces = [
             c for c in file.of("force", "reading", "unknown")

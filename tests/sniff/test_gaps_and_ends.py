@@ -51,6 +51,16 @@ def test_gaps_are_held_only_where_the_readings_agree(
     assert missing == (() if held else ("",))
 
 
+def test_loads_noted_as_events_after_the_first_rows_are_not_used_alone(tmp_path: Path) -> None:
+    """The rows of the events are those in which a weight is just put on."""
+    lies = [0.0] * 4 + [1.0] * 5 + [2.0] * 5
+    noted = {4: "1", 9: "2"}
+    rows = [f"{noted.get(i, '')},{counts(kg)},{i}" for i, kg in enumerate(lies)]
+    _, held, missing = load_of(written(tmp_path / "log.csv", ["load_kg,adc,trial", *rows]))
+    assert not held
+    assert not missing
+
+
 @pytest.mark.parametrize(("dash", "noted"), [(0.0, True), (3.0, False)])
 def test_a_dash_is_no_load_where_the_readings_say_so(
     dash: float, noted: bool, tmp_path: Path
