@@ -7,7 +7,13 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.formats.contract import Clock, Stream
-from footcal_cli.tables.foreign import READERS, is_of_cards, is_of_documents, kind_of_records
+from footcal_cli.tables.foreign import (
+    READERS,
+    SEGMENTS,
+    is_of_cards,
+    is_of_documents,
+    kind_of_records,
+)
 
 
 def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
@@ -54,6 +60,8 @@ def _of_texts(path: Path) -> str:
             text += stream.read(2**26).decode("utf-8", errors="replace")
     if is_of_documents(text):
         return "documents"
-    kinds = {"": "logs", "HTML": "webpages", "JSON": "lines", "Python": "lines"}
+    kinds = {
+        "": "logs", "HTML": "webpages", "JSON": "lines", "Python": "lines", SEGMENTS: "lvm"
+    }  # fmt: skip
     reader = kinds.get(kind_of_records(text), "records")
     return "records" if reader == "logs" and is_of_cards(text) else reader

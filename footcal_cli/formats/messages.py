@@ -29,6 +29,8 @@ _SUFFIX: Mapping[tuple[str, str], str] = {
 _NOT_NUMBERS = {"header", "layout", "child_frame_id", "structure_needs_at_least_one_member"}
 _EXACT_IN_DOUBLE = 2**53
 _BY_NAME = ("position", "velocity", "effort")
+_ROWS = (3, 4)
+"""Rows of a rotation, and of a pose."""
 
 
 def flat(message: object) -> tuple[dict[str, Any], list[str]]:
@@ -83,12 +85,22 @@ def _walk(
         elif isinstance(value, (bool, int, float, str, np.number)):
             values[full + end] = value
         elif isinstance(value, (Sequence, np.ndarray)):
+            value = _row_by_row(value)
             if len(value) == 0 or not isinstance(value[0], (bool, int, float, np.number)):
                 left_out.append(f"{full} (empty, or no list of numbers)")
                 continue
             values |= {f"{full}_{i}{end}": number for i, number in enumerate(value)}
         elif value is not None:
             left_out.append(f"{full} ({type(value).__name__})")
+
+
+def _row_by_row(
+    value: Sequence[Any] | np.ndarray[Any, Any],
+) -> Sequence[Any] | np.ndarray[Any, Any]:
+    """A small matrix, lists of one length in a list, as its numbers row by row."""
+    rows = [row for row in value if isinstance(row, list)]
+    matrix = len(rows) == len(value) in _ROWS and len({len(row) for row in rows}) == 1
+    return [number for row in rows for number in row] if matrix else value
 
 
 def _joints(message: object, values: dict[str, Any]) -> None:

@@ -19,6 +19,7 @@ from footcal_cli.formats.arrays import stream_of
 from footcal_cli.formats.contract import Array, Clock, Stream, with_unit
 from footcal_cli.tables.foreign import BLOCKS, cards, is_xml
 from footcal_cli.tables.pose_blocks import pose_blocks
+from footcal_cli.tables.turns import rows_of_turns
 from footcal_cli.tables.units import SPELLINGS
 
 _LEAST = 2
@@ -41,7 +42,8 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     text = path.read_text(encoding="utf-8-sig", errors="replace")
     if found := pose_blocks(text):
         return (stream_of(path.name.split(".")[0], BLOCKS, found),)
-    rows = _of_xml(path, text) if is_xml(text) else cards(text) or _of_yaml(text)
+    others = _of_xml(path, text) if is_xml(text) else cards(text) or _of_yaml(text)
+    rows = rows_of_turns(text) or others
     if len(rows) < _LEAST:
         raise DataError(
             "no list of records", file=path,

@@ -20,9 +20,11 @@ class Place(Frozen):
     strptime has it (``%d.%m.%Y %H:%M:%S.%f``), `pattern` a regular expression whose first group is
     the value in a cell (``Reading: 8347750``) and whose group ``unit``, if any, is that value's own
     unit, `nanoseconds` the column next to whole seconds, `high_word` the high one of two registers
-    of 16 bits (Modbus) whose low one is `column`, `plus` other columns that come on top and
-    their units (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates
-    texts, `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
+    of 16 bits (Modbus) whose low one is `column`, `over` the column that its numbers are divided by
+    (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
+    other columns that come on top and their units
+    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates texts,
+    `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
     empty cell means what stands above it. `only_where` is for a weight that lies on one cell at a
     time, ``{ loaded_cell = "FL" }``: where that column says something else the number is 0.
@@ -41,6 +43,7 @@ class Place(Frozen):
     factor: float | None = None
     nanoseconds: str = ""
     high_word: str = ""
+    over: str = ""
     plus: dict[str, str] = Field(default_factory=dict)
     wraps_at: float | None = Field(default=None, gt=0)
     summed: bool = False
@@ -69,6 +72,8 @@ class Place(Frozen):
             raise ValueError("an empty cell means what stands above it, or nothing: held, missing")
         if self.high_word and not self.column:
             raise ValueError("high_word stands next to the column of low words")
+        if self.over and not self.column:
+            raise ValueError("over stands next to the column that is divided by it")
         if self.nanoseconds and not self.column:
             raise ValueError("nanoseconds stand next to a column of whole seconds")
         if self.plus and (not self.column or self.unit is None):
@@ -141,7 +146,7 @@ class FileSpec(Frozen):
     match: str = "*"
     separator: str = ","
     decimal: Literal[".", ","] = "."
-    thousands: Literal["", ".", ",", "'", " ", "\u00a0", "\u202f"] = ""
+    thousands: Literal["", ".", ",", "'", " ", "_", "\u00a0", "\u202f"] = ""
     encoding: str = "utf-8"
     comment: str = ""
     skip_rows: int = Field(default=0, ge=0)

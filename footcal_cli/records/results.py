@@ -14,7 +14,7 @@ from footcal_cli.errors import UsageError, nearest
 from footcal_cli.records.files import Record, Versioned
 from footcal_cli.records.own_effects import OwnEffect
 
-_LARGEST = 1e30
+LARGEST = 1e30
 """Larger values and sds overflow when they are squared."""
 Split = Literal["all", "train", "held_out"]
 _ROUNDING = 1e-6
@@ -107,7 +107,7 @@ class ParametersRecord(Versioned):
             if unknown:
                 raise ValueError(f"covariance of '{unknown[0]}', which is no parameter here")
         for name, parameter in self.parameters.items():
-            if max(abs(parameter.value), parameter.sd or 0.0) > _LARGEST:
+            if max(abs(parameter.value), parameter.sd or 0.0) > LARGEST:
                 raise ValueError(f"{name} is too large to be a parameter ({parameter.value:g})")
             if name.endswith(".scale") and parameter.value == 0:
                 raise ValueError(f"{name} is 0: no reading would tell a force")

@@ -8,8 +8,9 @@ from typing import Any
 
 from footcal_cli.core.parameters import Estimates
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import UsageError
+from footcal_cli.errors import DataError, UsageError
 from footcal_cli.records.results import (
+    LARGEST,
     CovarianceBlock,
     EffectRecord,
     ParameterRecord,
@@ -176,6 +177,13 @@ def calibration_record(
 ) -> ParametersRecord:
     """The calibration that a run leaves; command, robot, date and inputs are the session's."""
     robot = session.recipe.robot
+    for name, own in parameters.items():
+        if max(abs(own.value), own.sd or 0.0) > LARGEST:
+            raise DataError(
+                f"{name} would be {own.value:.2g}: the readings do not depend on the loads",
+                remedy="check in [columns] that the column is a reading, and that no rows, files "
+                "or channels are mixed up",
+            )  # fmt: skip
     return ParametersRecord(
         command=session.request.command,
         created=session.created(),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,6 +39,7 @@ from footcal_cli.sniff.texts import (
     units_beside,
 )
 from footcal_cli.sniff.titles import said_by_names
+from footcal_cli.sniff.topics import stamps_of, topic
 from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, known_unit, split_unit
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
@@ -98,7 +98,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     raw = raw_columns(path, names, (), text.layout)
     rows_of = topic(raw)
     if rows_of:
-        stamps = next(c.values for c in raw.values() if _stamps(c)).astype(np.float64)
+        stamps = next(at for c in raw.values() if (at := stamps_of(c)) is not None)
         raw = at_rows(raw, ~raw[rows_of].silent, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
     raw = {name: _ungrouped(column, text.layout.thousands) for name, column in raw.items()}
@@ -132,33 +132,6 @@ def _ungrouped(column: RawColumn, sign: str) -> RawColumn:
     grouped = re.compile(rf"(?<=\d){re.escape(sign)}(?=\d{{3}}(?!\d))")
     words = [grouped.sub("", w) if isinstance(w, str) else w for w in column.values.tolist()]
     return replace(column, values=np.array(words, dtype=object))
-
-
-def topic(raw: Mapping[str, RawColumn]) -> str:
-    """A column whose rows count where several topics take turns; empty where none do.
-
-    Topics have no row in common, and a column of stamps has a value in all rows. Of several the one
-    of forces counts.
-    """
-    topics: dict[bytes, list[str]] = {}
-    for name, column in raw.items():
-        if column.silent.any() and not column.silent.all():
-            topics.setdefault(column.silent.tobytes(), []).append(name)
-    if len(topics) < 2 or not any(_stamps(column) for column in raw.values()):
-        return ""
-    there = [~raw[names[0]].silent for names in topics.values()]
-    if np.any(np.sum(there, axis=0) > 1):
-        return ""
-    felt = ("force", "reading", "load")
-    named = [name for own in topics.values() for name in own if name_guess(name).quantity in felt]
-    return named[0] if named else next(iter(topics.values()))[0]
-
-
-def _stamps(column: RawColumn) -> bool:
-    """Whether a column can be the time of all rows."""
-    if column.kind != "number" or column.empty.any() or len(column.values) < 3:
-        return False
-    return bool(np.all(np.diff(column.values) >= 0) and column.values[0] != column.values[-1])
 
 
 def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGuess:
@@ -204,6 +177,10 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
         others = [c for c in counted if c.quantity in ("reading", "unknown")]
+        if not others and len(loads) == 1 and loads[0].unit in LOADS:
+            # a force that something calibrated before has read, and one alone
+            forces = [c for c in counted if c.quantity == "force"]
+            others = forces if len(forces) == 1 and forces[0].name.axis in ("", "fz") else []
         if len(loads) == 1 and any(c.values is not None for c in others):
             return counted
         return _straightest(found)

@@ -80,7 +80,10 @@ def _without_places(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         along = words_of(stem)[-1:] in (["x"], ["y"], ["z"])
         return column.quantity in ("reading", "unknown") and along and unit in LENGTHS
 
-    return [c.as_quantity("other", "likely", "a position") if place(c) else c for c in columns]
+    return [
+        c.as_quantity("position", "likely", "its name: where something is") if place(c) else c
+        for c in columns
+    ]
 
 
 def quotients(loads: Sequence[ColumnGuess], cells: Sequence[ColumnGuess]) -> list[ColumnGuess]:

@@ -10,6 +10,7 @@ from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, to
 from footcal_cli.sniff.groups import channel_names, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
+from footcal_cli.sniff.levers import with_levers
 from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load, unlike
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, STATISTICS, name_guess, words_of
@@ -41,7 +42,7 @@ _TURNS = 0.5
 
 def plan_of(file: FileGuess) -> Plan | None:
     """The plan for one log, None where its columns fit no experiment."""
-    file = without_motion(numbered(file))
+    file = with_levers(without_motion(numbered(file)))
     six = wrenches(file)
     loads, cells = loads_and_cells(file)
     holes = {c.name.axis: c for c in file.of("hole")}
@@ -257,7 +258,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
         file, "one cell alone, without a load", "one column of readings",
         "guess" if doubt else "likely",
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
-        blanks=(*doubt, blank_loads(seconds, numbers_of(cell)), *blanks),
+        blanks=(*doubt, blank_loads(seconds, numbers_of(cell), stamped=bool(time)), *blanks),
     )  # fmt: skip
 
 

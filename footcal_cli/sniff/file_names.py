@@ -11,23 +11,19 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
+from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
 from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
+from footcal_cli.sniff.file_loads import Names, escaped, loads_named
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.names import common_start, name_guess
+from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, Plan, reading_entry, times
 from footcal_cli.sniff.six_axis import forces_of, share_a_weight
-from footcal_cli.sniff.tokens import IN_WORDS
-from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 from footcal_cli.tables.textfiles import called_as
 
-_LOAD = re.compile(
-    r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
-)
-_NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
 _IDLE = 0.05
 """Share of the largest load below which nothing stands on a plate."""
 _LEAST_ORIENTATIONS = 3
@@ -53,43 +49,6 @@ class Part:
     beside: tuple[Beside, ...] = ()
 
 
-@dataclass(frozen=True)
-class _Names:
-    """Names of files: what all begin and end with, and what stands between."""
-
-    head: str
-    tail: str
-    middle: tuple[str, ...]
-
-    @classmethod
-    def of(cls, names: Sequence[str]) -> _Names:
-        head = common_start(names).rstrip("0123456789.+-")
-        tail = common_start([name[::-1] for name in names])[::-1]
-        word = re.sub(r"[A-Za-z]+$", "", head)
-        if word < head and all(name_guess(n[len(word) : len(n) - len(tail)]).place for n in names):
-            head = word  # fl and fr are legs, l and r sides
-        longest = min(map(len, names)) - len(head)
-        tail = tail[-longest:] if longest > 0 else ""
-        while tail and tail[0].isalnum():
-            tail = tail[1:]
-        return cls(head, tail, tuple(name[len(head) : len(name) - len(tail)] for name in names))
-
-    @property
-    def match(self) -> str:
-        """Pattern of the names."""
-        return f"{escaped(self.head)}*{escaped(self.tail)}"
-
-    @property
-    def of_folders(self) -> bool:
-        """Whether the folders' names tell the logs apart."""
-        return "/" in self.tail
-
-    @property
-    def expression(self) -> str:
-        """Regular expression whose group is what stands between."""
-        return f"^{re.escape(self.head)}(.+){re.escape(self.tail)}$"
-
-
 def called(paths: Sequence[Path]) -> list[str]:
     """What tells logs apart: their names, or their folders' too where all are named alike."""
     names = [path.name for path in paths]
@@ -105,13 +64,13 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     plan = plan_of(first)
     if len(group) == 1:
         return None if plan is None else Part(plan, paths, escaped(paths[0].name))
-    names = _Names.of(called(paths))
+    names = Names.of(called(paths))
     plates = None if names.of_folders else _per_plate(group, names)
     if plates is not None:
         return plates
     six = wrenches(numbered(first))
     stated = first.of("load") or first.of("label")
-    if _loads_named(names) is not None and readings(first) and displayed(group):
+    if loads_named(names) is not None and readings(first) and displayed(group):
         # a display beside the reading: what the files are called after was put on
         made = _per_load([without_display(file) for file in group], names)
         if made is not None:
@@ -130,6 +89,10 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         )  # fmt: skip
     if len(readings(first)) == 1:
         if not stated:
+            both = cell_and_load(group, *names.with_unit) or load_above(group)
+            if both is not None:
+                return Part(both, paths, names.match)
+        if not stated:
             made = _per_load(group, names)
             addresses = {name_guess(word).address or word for word in names.middle}
             alone = names.of_folders or one_after_another(group)
@@ -139,14 +102,14 @@ def alike_part(group: list[FileGuess]) -> Part | None:
                 return made
         elif (
             plan is not None and not first.of("label") and len(set(names.middle)) > 1
-            and _loads_named(names) is None  # a load that was asked for, not a cell
+            and loads_named(names) is None  # a load that was asked for, not a cell
             and not any(re.fullmatch(r"[\d_-]*", word) for word in names.middle)
         ):  # fmt: skip
             return Part(_weights_per_channel(plan, names), paths, names.match)
     return None if plan is None else Part(plan, paths, names.match)
 
 
-def _weights_per_channel(plan: Plan, names: _Names) -> Plan:
+def _weights_per_channel(plan: Plan, names: Names) -> Plan:
     """Known weights in every file, and a file for each channel."""
     channel = Entry(file_name=names.expression, why="the files' names differ so")
     entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
@@ -158,7 +121,7 @@ def _weights_per_channel(plan: Plan, names: _Names) -> Plan:
     )  # fmt: skip
 
 
-def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
+def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:
     """One file per orientation of a six-axis transducer, which the file's name gives."""
     first = numbered(group[0])
     if first.of("orientation") or attitude_of(first, None) is not None:
@@ -184,11 +147,11 @@ def _per_orientation(group: list[FileGuess], names: _Names) -> Part | None:
     return Part(plan, tuple(file.path for file in group), names.match)
 
 
-def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
+def _per_load(group: list[FileGuess], names: Names) -> Part | None:
     """One file per weight, which the file's name gives; of six axes the vertical force is read."""
     six = wrenches(numbered(group[0]))
     cell = next(iter(six.values()))["fz"] if six else readings(group[0])[0]
-    load = _loads_named(names)
+    load = loads_named(names)
     if load is None:
         return None
     channel = "fz" if six else "cell"
@@ -212,7 +175,7 @@ def _per_load(group: list[FileGuess], names: _Names) -> Part | None:
     return Part(plan, tuple(file.path for file in group), names.match)
 
 
-def _per_foot(group: list[FileGuess], names: _Names) -> Part | None:
+def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
     """The left and the right transducer of a robot in a file each, joined by time."""
     addresses = [name_guess(word) for word in names.middle]
     timed = all(file.of("time") for file in group)
@@ -237,7 +200,7 @@ def _per_foot(group: list[FileGuess], names: _Names) -> Part | None:
     return Part(plan, (first.path,), escaped(first.path.name), beside)
 
 
-def _per_plate(group: list[FileGuess], names: _Names) -> Part | None:
+def _per_plate(group: list[FileGuess], names: Names) -> Part | None:
     """Plates or feet that carry one weight together, a file each with the same stamps."""
     vertical = [_vertical(file) for file in group]
     if any(v is None for v in vertical):
@@ -293,7 +256,7 @@ def _vertical(file: FileGuess) -> FloatArray | None:
     return forces[0].values if len(forces) == 1 and not file.of("label", "load") else None
 
 
-def _per_leg(plan: Plan, names: _Names) -> Plan:
+def _per_leg(plan: Plan, names: Names) -> Plan:
     """One file per leg where the files' names say so; else all are of one transducer."""
     addresses = [name_guess(word) for word in names.middle]
     legs = {word: a.address for word, a in zip(names.middle, addresses, strict=True)}
@@ -307,67 +270,7 @@ def _per_leg(plan: Plan, names: _Names) -> Plan:
     return replace(plan, entries={**plan.entries, "leg": leg})
 
 
-def _loads_named(names: _Names) -> Entry | None:
-    """Loads in names of files: numbers, all with one unit or each with its own."""
-    found = [_LOAD.fullmatch(word.strip("_- ")) for word in names.middle]
-    nothing = [word.strip("_- ").lower() in _NOTHING for word in names.middle]
-    if not all(f or none for f, none in zip(found, nothing, strict=True)):
-        return _loads_among_words(names)
-    if len({f[1] if f else "0" for f in found}) < 2:
-        return None
-    spelled = [known_unit(f[2]) if f and f[2] else None for f in found]
-    units = {unit for unit in spelled if unit}
-    if not units and (behind := re.match(r"[ _-]*([A-Za-z]+)(?![A-Za-z])", names.tail)):
-        said = known_unit(behind[1]) or ""
-        units = {said} & {*MASSES, *WEIGHTS, "lbf", "kgf", "gf"}
-        spelled = [next(iter(units), None)] * len(found)
-    numbers = [float(f[1].replace("p", ".").replace(",", ".")) if f else 0.0 for f in found]
-    simple = all(f and re.fullmatch(r"\d+(?:\.\d+)?", f[1]) for f in found)
-    # a number without a unit among others is nothing, or not understood
-    if units and any(not u and n for u, n in zip(spelled, numbers, strict=True)):
-        return None
-    if len(units) <= 1 and simple:
-        expression = rf"^{re.escape(names.head)}[_ -]*(\d+(?:\.\d+)?)"
-        expression += "[^/]*/" if names.of_folders else ""
-        return Entry(
-            file_name=expression, unit=next(iter(units), NOT_SAID),
-            sure="likely" if units else "guess", why="a number in the file's name",
-        )  # fmt: skip
-    unit = next(iter(units), NOT_SAID)
-    if len(units) > 1:
-        sizes = next((s for s in (MASSES, WEIGHTS) if units <= s.keys()), None)
-        if sizes is None:
-            return None
-        unit = "kg" if sizes is MASSES else "N"
-        numbers = [n * sizes[u or unit] for n, u in zip(numbers, spelled, strict=True)]
-    return Entry(
-        file_name=names.expression, unit=unit, sure="likely", why="the files' names",
-        names={word: f"{n:.10g}" for word, n in zip(names.middle, numbers, strict=True)},
-    )  # fmt: skip
-
-
-def _loads_among_words(names: _Names) -> Entry | None:
-    """Loads in names of files that say more: a weight with its unit each, ``500g_run2``."""
-    found = [
-        IN_WORDS.findall(re.sub(r"_", " ", names.head + word + names.tail)) for word in names.middle
-    ]
-    weighed = [one for one in found if len(one) == 1]
-    if len(weighed) < len(found) or len({number for ((number, _),) in weighed}) < 2:
-        return None
-    units = [known_unit(unit) or "" for ((_, unit),) in weighed]
-    sizes = next((s for s in (MASSES, WEIGHTS) if set(units) <= s.keys()), None)
-    if sizes is None:
-        return None
-    loads = [float(n.replace(",", ".")) * sizes[u] for ((n, _),), u in zip(weighed, units,
-                                                                          strict=True)]  # fmt: skip
-    return Entry(
-        file_name=names.expression, unit="kg" if sizes is MASSES else "N", sure="likely",
-        why="a weight in each file's name",
-        names={word: f"{n:.10g}" for word, n in zip(names.middle, loads, strict=True)},
-    )  # fmt: skip
-
-
-def _per_channel(group: list[FileGuess], names: _Names) -> Part | None:
+def _per_channel(group: list[FileGuess], names: Names) -> Part | None:
     """One file per channel of one recording, joined to the first."""
     paths = [file.path for file in group]
     addresses = [name_guess(word).address or word.strip("_- ") for word in names.middle]
@@ -391,8 +294,3 @@ def _per_channel(group: list[FileGuess], names: _Names) -> Part | None:
     by = "time" if timed else "row"
     beside = tuple(Beside(f, by, why="one file per channel") for f in group[1:])
     return Part(plan, tuple(paths[:1]), escaped(paths[0].name), beside)
-
-
-def escaped(name: str) -> str:
-    """A name as a pattern of names."""
-    return re.sub(r"[\[\]*]", "?", name)

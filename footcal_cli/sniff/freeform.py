@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from footcal_cli.sniff.said_weights import said_weight, sums_of
@@ -28,6 +28,15 @@ _BOUND = re.compile(r"[A-Za-z)\]]['\"]?\s*[:=]|->|→|[A-Za-z]['\"]\s*,\s*\x01")
 _BRACKETED = re.compile(r"[(\[{]\s*\x01(?:\s*[,;]?\s*\x01){1,23}\s*[)\]}][,;]?")
 """A row of numbers in brackets, as programs print their lists."""
 _LEAST_OF_A_LIST = 6
+_KEY = re.compile(r"([A-Za-z_][\w.]*)\s*[=:]\s*[\x01\x03]")
+_KEYED = re.compile(r"[A-Za-z_][\w.]*\s*[=:]\s*\x01")
+"""A number with its name before it: ``fx=0.12``."""
+_MOST_KEYED = 40
+_FIELD = {
+    sign: re.compile(rf"(?:\[(?:[^\[\]]|\[[^\[\]]*\])*\]|\"[^\"]*\"|[^{sign}\[\]\"])+")
+    for sign in (",", ";", "\t")
+}
+"""A field of a row with lists in brackets or quotes."""
 _MOST_BESIDE = 4
 """Numbers in a line that says a load: the time before it, say."""
 _BINDS = r"\s*(?::|=|->|→)+\s*"
@@ -74,15 +83,20 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
             named = _named_above(written, row, expression)
             above = _expression(typed[0], "load") if typed else ""
             return Layout(encoding=encoding, line=rf"^[\s\[(]*{named[1:]}", carried=above)
-        return Layout(encoding=encoding, line=expression)
+        return Layout(encoding=encoding, line=_named_by_header(written, row, expression))
     if any(sign in row for sign in (",\x01", ";\x01", "\t\x01")) and not _BOUND.search(row):
         return None
     few = len(re.findall("[\x01\x02]", row)) <= _FEW
     if not (_BOUND.search(row) or (typed and few)):
         return None
-    if row.count("\x01") > 4:
+    numbers = row.count("\x01")
+    keyed = len(_KEYED.findall(row)) >= numbers - 1
+    if numbers > _MOST_BESIDE and not (keyed and numbers <= _MOST_KEYED):
         return None
-    layout = Layout(encoding=encoding, line=_expression(row, "reading"))
+    expression = _expression(row, "reading")
+    if numbers > _MOST_BESIDE:
+        expression = _renamed(expression, _KEY.findall(row))
+    layout = Layout(encoding=encoding, line=expression)
     if typed:
         moved = moved_between([line for line in written if _shape(line) != row])
         layout = replace(layout, carried=moved or _expression(typed[0], "load"))
@@ -102,6 +116,35 @@ def _said_before(written: list[str]) -> str:
         return ""
     called = "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
     return rf"^(?P<load>{called}){_BINDS}(?P<reading>{_NUMBER})(?!\w)"
+
+
+def _renamed(expression: str, names: Sequence[str]) -> str:
+    """An expression whose groups have other names, in their order; as it was where one is none."""
+    plain = [re.sub(r"\W+", "_", name).strip("_") for name in names]
+    groups = re.findall(r"\(\?P<(\w+)>", expression)
+    called = [new or old for old, new in zip(groups, plain, strict=False)] + groups[len(plain) :]
+    if len({*called}) < len(called) or not all(name.isidentifier() for name in called):
+        return expression
+    new = iter(called)
+    return re.sub(r"\(\?P<\w+>", lambda _: f"(?P<{next(new)}>", expression)
+
+
+def _named_by_header(written: list[str], row: str, expression: str) -> str:
+    """An expression for rows with lists in them, named as the line above the first of them says."""
+    at = next(i for i, line in enumerate(written) if _shape(line) == row)
+    for sign in ",;\t":
+        fields = [f for f in _FIELD[sign].findall(row) if f]
+        names = [name.strip().strip('"') for name in written[at - 1].split(sign)] if at else []
+        if len(names) == len(fields) > 1:
+            counts = [len(re.findall("[\x01\x02\x03]", field)) for field in fields]
+            if 1 not in counts:
+                continue  # lists alone: their numbers say what they hold
+            each = [
+                [name] if n == 1 else [f"{name}_{i}" for i in range(1, n + 1)]
+                for name, n in zip(names, counts, strict=True)
+            ]
+            return _renamed(expression, [name for own in each for name in own])
+    return expression
 
 
 def _named_above(written: list[str], row: str, expression: str) -> str:

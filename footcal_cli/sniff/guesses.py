@@ -58,6 +58,8 @@ class ColumnGuess:
         Of dates: seconds since the first, shape (n,).
     high_word
         The column of the high register beside its low one; `values` hold the whole.
+    over
+        The column that the numbers are divided by; `values` hold the ratio.
     """
 
     column: str
@@ -79,6 +81,7 @@ class ColumnGuess:
     names: Mapping[str, str] = field(default_factory=dict)
     stamps: FloatArray | None = None
     high_word: str = ""
+    over: str = ""
 
     @property
     def quantity(self) -> Quantity:

@@ -17,6 +17,8 @@ _TYPE = re.compile(
     r"(?i)<?(?:u?int|float)(?:8|16|32|64)?\??>?|<?(?:dbl|chr|num|lgl)>|double|string|object|bool"
 )
 """What data frames say of their columns below the names."""
+_NAMES = ("name", "names", "channel", "channelname", "channel name", "kanal", "kanalname", "signal")
+_UNITS = ("unit", "units", "einheit", "einheiten", "unité", "unitstring")
 _SAYS = re.compile(r"([A-Za-z]+):\s+\S")
 _PROCESSED = {"Smp", "Avg", "Max", "Min", "Std", "Tot", "Med", "RSq", "WVc", "TMx", "TMn"}
 """What Campbell's loggers made of their samples, below names and units."""
@@ -46,8 +48,10 @@ def _as_rows_are(line: str, body: Body) -> str:
 
 def _split(line: str, body: Body) -> list[str]:
     fields = fields_of(line.rstrip(body.separator), body.separator)
-    if len(fields) == body.width - 1 and body.separator != BLANKS and body.width > 2:
-        fields = fields_of(line, body.separator)
+    named = len(fields) > 1 and 2 * len(fields) >= body.width  # else it is a title
+    if named and len(fields) < body.width and body.separator != BLANKS:
+        whole = fields_of(line, body.separator)
+        fields = whole if len(whole) == body.width else fields
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
         fields = fields[: body.width]  # rows without the comments that the header announces
     if len(fields) == body.width - 1 and body.counted:
@@ -135,6 +139,25 @@ def names_otherwise(above: Sequence[tuple[int, str]], body: Body) -> tuple[int, 
             if len(fields) > 1 and sum(known) * 2 >= len(known):
                 return at, [*[""] * body.indented, *fields]
     return None
+
+
+def properties(
+    above: Sequence[tuple[int, str]], body: Body
+) -> tuple[int, list[str], tuple[str, ...]] | None:
+    """Names and units of lines that say first what they are of (``Name;…``, ``Unit;…``), as DIAdem.
+
+    The rows begin with an empty field then. None where no such line has names.
+    """
+    said = {}
+    for at, line in above if body.indented else ():
+        word, *others = fields_of(line, body.separator)
+        if len(others) == body.width - 1:
+            said[word.strip(": ").lower()] = (at, others)
+    named = next((said[word] for word in _NAMES if word in said), None)
+    if named is None:
+        return None
+    _, units = next((said[word] for word in _UNITS if word in said), (0, []))
+    return named[0], ["", *named[1]], ("", *units) if units else ()
 
 
 def name_of_the_index(fields: Sequence[str], below: Sequence[str], body: Body) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.core.bench.plateaus import PlateauOptions, Plateaus, find_plateaus
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.plan import Blank
+from footcal_cli.sniff.said_weights import said_weight
 from footcal_cli.sniff.texts import FEW
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import LOADS, MASSES, known_unit
@@ -142,6 +143,9 @@ def _kg(text: str) -> float | None:
     """A mass that was typed; None for any other text."""
     if text.strip().lower() in _NOTHING_ON:
         return 0.0
+    said = said_weight(text)
+    if said is not None and all(unit in MASSES for _, unit in said):
+        return sum(number * MASSES[unit] for number, unit in said)
     found = with_unit(text)
     size = MASSES.get(known_unit(found[1]) or "") if found else None
     return None if found is None or size is None else float(found[0].replace(",", ".")) * size
@@ -155,26 +159,40 @@ def _holds(time_s: FloatArray, reading: FloatArray, **own: Any) -> Plateaus:
     return find_plateaus(time_s[good][order], reading[good][order], options)
 
 
-def blank_loads(time_s: FloatArray, reading: FloatArray) -> Blank:
+def blank_loads(time_s: FloatArray, reading: FloatArray, *, stamped: bool = True) -> Blank:
     """The loads to be filled in, with what was found of their holds.
 
     Parameters
     ----------
     time_s, reading
         Shape (n,).
+    stamped
+        Whether the log has stamps; without any the holds may be of any length.
     """
-    found = _holds(time_s, reading)
+    found, own = _holds(time_s, reading), tuple[str, ...]()
+    for shortest in _SHORTER_S:
+        if np.unique(found.level).size > 1:
+            break
+        window = min(PlateauOptions().window_s, shortest * 2 / 3)
+        found = _holds(time_s, reading, min_hold_s=shortest, window_s=window)
+        own = (f"min_hold_s = {shortest:g}", f"window_s = {window:.3g}")
     levels = np.unique(found.level).size
+    own = own if levels > 1 else ()
     medians = [
         f"{np.median(found.median[found.level == level]):.0f}"
         for level in np.unique(found.level)[:_MOST_LISTED]
     ] + ["…"] * (levels > _MOST_LISTED)
-    if not levels:
+    if not levels and not stamped:
+        said = "no hold was found, and there are no stamps; better: a column load_kg"
+    elif not levels:
         said = "no hold was found; widen min_hold_s and max_scatter"
     else:
         said = f"{levels} holds were found, at readings of {', '.join(medians)}"
     places = ", ".join(" " for _ in range(max(levels, 2)))
+    # what holds of these lines as it is stands there without a mark of a comment
+    own = (f"{own[0]}    # likely: holds are short", *own[1:]) if own else ()
     return Blank(
-        ("# [offline_fit.plateaus]", f'# loads = "{places} kg"    # in order of time: {said}'),
+        ("# [offline_fit.plateaus]"[2 * bool(own) :], *own,
+         f'# loads = "{places} kg"    # in order of time: {said}'),
         "the log does not say which loads were put on",
-    )
+    )  # fmt: skip

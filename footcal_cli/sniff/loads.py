@@ -13,6 +13,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.derived import copies, quotients
+from footcal_cli.sniff.gaps import without_gaps
 from footcal_cli.sniff.groups import could_be_read, readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import ADDED, COMMANDED, GROSS, NET, NOMINAL, words_of
@@ -141,6 +142,7 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
     loads = [c for c in file.of("load") if c.values is not None and np.ptp(c.values[
         np.isfinite(c.values)]) > 0]  # fmt: skip
     cells = [c for c in readings(file) if c not in loads]
+    loads = [without_gaps(c, cells, file.of("label")) for c in loads]
     if not loads:
         forces = [
             c for c in file.of("force", "reading", "unknown")
@@ -153,6 +155,9 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         plain = [c for c in file.of("force") if c.name.axis in ("", "fz")]
         if not forces and len(plain) == 1 and others and plain[0] not in others:
             forces = plain
+        asked = [c for c in forces if COMMANDED & set(words_of(c.column))]
+        if len(forces) == 2 and len(asked) == 1 and others:
+            forces = [c for c in forces if c not in asked]
         if len(forces) > 1 and others and all(c.unit in LOADS for c in forces):
             twice = [c.as_quantity("load", "likely", "a load twice") for c in forces]
             if not unlike(twice, others):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from footcal_cli.sniff.units import (
     LENGTHS,
@@ -16,66 +15,35 @@ from footcal_cli.sniff.units import (
     known_unit,
     split_unit,
 )
+from footcal_cli.sniff.vocabulary import WORDS
+from footcal_cli.sniff.vocabulary import Quantity as Quantity
 from footcal_cli.tables.units import TIMES
-
-Quantity = Literal[
-    "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
-    "gravity", "acceleration", "com", "com_acc", "foot_position", "hole", "temperature", "label",
-    "direction", "repeat", "session", "phase", "orientation", "placement", "contact", "pressure",
-    "other", "unknown",
-]  # fmt: skip
 
 _CAMEL = re.compile(
     r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яЁёÀ-ÿ]+|[\u3041-\u30ff\u4e00-\u9fff]+"
 )
+_ASKED_OR_MEASURED = re.compile(r"(soll|ist|ziel)(kraft|last|gewicht|masse|wert|moment)")
 _CENTRE = re.compile(r"(?<![A-Za-z])[Cc]o[MP](?![a-z])")
 _AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
-_WORDS: dict[str, Quantity] = {}
-_SPELLINGS: dict[Quantity, str] = {
-    "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
-    "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
-    "时间 時間 时刻",
-    "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
-    "subframe sub messung probe nummer",
-    "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
-    "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
-    "gross net brutto netto lordo bruto neto added increment zugelegt "
-    "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt "
-    "massa appliqué appliquée aplicada "
-    "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
-    "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
-    "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
-    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
-    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display "
-    "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
-    "temperature": "temp temperature temperatur température temperatura температура 温度",
-    "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
-    "direction": "direction dir richtung updown",
-    "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
-    "series serie reihe messreihe série",
-    "session": "session day tag set block sitzung",
-    "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
-    "orientation": "orientation lage attitude ori",
-    "placement": "placement hole point position loch punkt place spot pose",
-    "contact": "contact kontakt stance",
-    "pressure": "pressure druck pression",
-    "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "
-    "status state flag error err battery batt dropout valid quality rssi crc checksum "
-    "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
-    "tracking min max peak tare tara validity throttle pwm duty pct percent rpm efficiency esc",
-}
-for _meaning, _spellings in _SPELLINGS.items():
-    for _word in _spellings.split():
-        _WORDS.setdefault(_word, _meaning)
 
 
 def are_names(fields: Sequence[str]) -> bool:
     """Whether every field of a row is a word for a column of its own: ``millis, raw, note``."""
     words = [field.strip().lower() for field in fields]
-    return len(words) > 1 and len(set(words)) == len(words) and all(w in _WORDS for w in words)
+    return len(words) > 1 and len(set(words)) == len(words) and all(w in WORDS for w in words)
 
 
-COMMANDED = {"setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne"}
+COMMANDED = {
+    "setpoint",
+    "target",
+    "soll",
+    "command",
+    "commanded",
+    "cmd",
+    "desired",
+    "consigne",
+    "ziel",
+}
 """Loads that were asked for; what was put on may be another."""
 NOMINAL = {
     "nominal", "stated", "nenn", "nennlast", "nenngewicht", "nominell", "nominale", *COMMANDED
@@ -112,9 +80,9 @@ _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
 _ANGLES = {
     word: axis
     for axis, spellings in {
-        "roll": "roll bank rollwinkel wankwinkel roulis alabeo rollio",
-        "pitch": "pitch elevation nickwinkel tangage cabeceo beccheggio",
-        "yaw": "yaw heading gierwinkel lacet guiñada imbardata",
+        "roll": "roll bank rollwinkel wankwinkel rollen wanken roulis alabeo rollio",
+        "pitch": "pitch elevation nickwinkel nicken tangage cabeceo beccheggio",
+        "yaw": "yaw heading gierwinkel gieren lacet guiñada imbardata",
     }.items()
     for word in spellings.split()
 }
@@ -128,6 +96,8 @@ _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
+_TURNED = {"theta", "euler", "angle", "rpy", "rotvec"}
+_MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
 TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
@@ -199,20 +169,22 @@ def common_start(words: Sequence[str]) -> str:
 
 def is_label(word: str) -> bool:
     """Whether a word is one for sensors or what they sit on."""
-    return _WORDS.get(word) == "label" or word in NOISE
+    return WORDS.get(word) == "label" or word in NOISE
 
 
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
     words = [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
-    return [part for word in words for part in _of_characters(word)]
+    return [part for word in words for part in _parts_of(word)]
 
 
-def _of_characters(word: str) -> list[str]:
-    """Known words within one that is written without blanks, as in Chinese and Japanese."""
-    if word.isascii() or word in _WORDS or word < "\u3000":
+def _parts_of(word: str) -> list[str]:
+    """Known words within one that is written without blanks: Chinese, Japanese, ``Sollkraft``."""
+    if compound := _ASKED_OR_MEASURED.fullmatch(word):
+        return list(compound.groups())
+    if word.isascii() or word in WORDS or word < "\u3000":
         return [word]
-    return [known for known in _WORDS if known > "\u3000" and known in word] or [word]
+    return [known for known in WORDS if known > "\u3000" and known in word] or [word]
 
 
 def name_guess(name: str) -> NameGuess:
@@ -335,20 +307,21 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return "angle", f"a{last}", {"axis", last}
     if last == "angle" and unit in ("rad", "deg", None):
         return "angle", "angle", {"angle"}
-    if {"theta", "euler", "angle", "rpy"} & set(words) and last in ("x", "y", "z"):
-        return "angle", f"r{last}", {last, "theta", "euler", "angle", "rpy"}
+    if _TURNED & set(words) and last in ("x", "y", "z"):
+        return "angle", f"r{last}", {last, *_TURNED}
     for word in words:
         if word in _ANGLES:
             return "angle", _ANGLES[word], {word}
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}
-    if last in ("x", "y") and unit in LENGTHS and set(words) & _REPORTED:
-        return "cop", last, {last, *_REPORTED}
-    if (last in ("x", "y") and set(words) & {
-        "hole", "point", "pos", "position", "target", "loch", "ref", "true", "place",
-    }) or (stem.lower() in ("x", "y") and unit in (*LENGTHS, None)):  # fmt: skip
-        return "hole", last, {last}
+    place = words[0] if len(words) > 1 and words[0] in ("x", "y") else last  # X_ref, ref_x
+    if place in ("x", "y") and unit in LENGTHS and set(words) & _REPORTED:
+        return "cop", place, {place, *_REPORTED}
+    if (place in ("x", "y") and set(words) & _MARKED) or (
+        stem.lower() in ("x", "y") and unit in (*LENGTHS, None)
+    ):
+        return "hole", place, {place}
     if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)
@@ -357,12 +330,12 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
 def _meant(word: str) -> Quantity | None:
     """What a word is of, by itself or by how it ends."""
     stem = word[1:]
-    if word[:1] == "f" and _WORDS.get(stem) == "load" and len(word) > _F_OF and (
+    if word[:1] == "f" and WORDS.get(stem) == "load" and len(word) > _F_OF and (
         stem not in STATISTICS
     ):  # fmt: skip
         return "load"  # Fref, Fsoll
     ends = (quantity for end, quantity in _COMPOUNDS if word.endswith(end))
-    return _WORDS.get(word) or next(ends, None)
+    return WORDS.get(word) or next(ends, None)
 
 
 def _by_words(
@@ -388,6 +361,8 @@ def _by_words(
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV"):
                 return "reading", "", set(said)
+            if quantity in ("session", "repeat") and unit in LOADS:
+                return "load", "", set(said)  # Set (kg)
             return quantity, "", set(said)
     if set(words) & FORCE:
         return "force", "", set(words) & FORCE

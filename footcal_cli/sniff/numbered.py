@@ -19,7 +19,7 @@ _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
 _WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE)
 _POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
 _NO_WRENCH = re.compile(
-    r"pose|position|speed|vel|foot|feet|joint|target|leg|strut|actuator|cable|tendon",
+    r"pose|position|speed|vel|foot|feet|joint(?!.?reaction)|target|leg|strut|actuator|cable|tendon",
     re.IGNORECASE,
 )
 """Also forces along legs, struts and cables: six of a platform are no wrench."""
@@ -49,6 +49,7 @@ _LARGER = 3.0
 
 def numbered(file: FileGuess) -> FileGuess:
     """The log with numbered columns taken for wrenches, poses and rotation matrices."""
+    file = replace(file, columns=tuple(_in_radians(c) for c in _of_length_one(file)))
     stems: dict[str, list[ColumnGuess]] = {}
     for column in file.columns:
         found = _INDEXED.match(column.column)
@@ -80,6 +81,7 @@ def numbered(file: FileGuess) -> FileGuess:
         made |= {k: v for k, v in _lettered(file).items() if k not in made}
     for stem, columns in stems.items():
         made |= {k: v for k, v in _vector(stem, columns).items() if k not in made}
+    made = made or _axes_again(file)
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
 
@@ -219,6 +221,75 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
                 for i, (axis, c) in enumerate(zip("xyz", columns, strict=True))
             }  # fmt: skip
     return {}
+
+
+def _in_radians(column: ColumnGuess) -> ColumnGuess:
+    """An angle in thousandths of a radian."""
+    if column.quantity != "angle" or column.unit != "mrad" or column.values is None:
+        return column
+    name = replace(column.name, unit="rad", factor=1e-3)
+    return replace(column, name=name, unit="rad", values=1e-3 * column.values)
+
+
+def _of_length_one(file: FileGuess) -> tuple[ColumnGuess, ...]:
+    """Columns of a log whose quaternion is in counts, a fixed number of which are one."""
+    four = [c for c in file.of("quaternion") if c.values is not None]
+    if len(four) != len("xyzw"):
+        return file.columns
+    values = np.column_stack([numbers_of(c) for c in four])
+    length = np.linalg.norm(values[np.isfinite(values).all(axis=1)], axis=1)
+    size = float(np.median(length)) if length.size else 0.0
+    if size <= _LARGER or np.ptp(length) > _GRAVITY_WITHIN * size:
+        return file.columns
+    one = float(2.0 ** np.round(np.log2(size)))
+    one = one if abs(size / one - 1.0) < _GRAVITY_WITHIN else size
+    own = {
+        c.column: replace(c, values=numbers_of(c) / one, name=replace(c.name, factor=1.0 / one))
+        for c in four
+    }
+    return tuple(own.get(c.column, c) for c in file.columns)
+
+
+def _axes_again(file: FileGuess) -> dict[str, ColumnGuess]:
+    """Columns that are called x, y, z alone, again and again, as pandas counts them: ``x.1``.
+
+    Two vectors beside a quaternion are taken for a force and a torque; whether they are the weight
+    of one thing its attitudes say.
+    """
+    found: list[dict[str, ColumnGuess]] = []
+    for column in file.columns:
+        axis = re.fullmatch(r"([xyzw])(?:\.\d+)?", column.column.strip().lower())
+        if axis is None or column.values is None:
+            continue
+        if not found or axis[1] in found[-1] or axis[1] == "x":
+            found.append({})
+        found[-1][axis[1]] = column
+    turned = [own for own in found if set(own) == set("xyzw")]
+    felt = [own for own in found if set(own) == set("xyz")]
+    if len(turned) != 1 or len(felt) < len(found) - 1 or file.of("force"):
+        return {}
+    if len(felt) > len("ft") and (at := found.index(turned[0])) > 0:
+        felt = [own for own in felt if own is not found[at - 1]]  # of a pose the place is first
+    if len(felt) != len("ft"):
+        return {}
+    four = np.column_stack([numbers_of(turned[0][a]) for a in "xyzw"])
+    if not np.allclose(np.linalg.norm(four, axis=1), 1.0, atol=1e-3):
+        return {}
+    for own in felt:  # of an inertial unit one is as long as gravity
+        size = np.linalg.norm(np.column_stack([numbers_of(own[a]) for a in "xyz"]), axis=1)
+        if np.mean(np.abs(size - GRAVITY_MPS2) < _GRAVITY_WITHIN * GRAVITY_MPS2) > _NEARLY_ALL:
+            return {}
+    made = {
+        c.column: replace(c, name=NameGuess("quaternion", a), unit=None, sure="likely",
+                          why="x, y, z and w of length one")
+        for a, c in turned[0].items()
+    }  # fmt: skip
+    for letter, own in zip("ft", felt, strict=True):
+        why = f"the {'first' if letter == 'f' else 'second'} x, y, z of two without a name"
+        for a, c in own.items():
+            name = NameGuess("force", letter + a)
+            made[c.column] = replace(c, name=name, sure="guess", why=why)
+    return made
 
 
 def _pose(columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:

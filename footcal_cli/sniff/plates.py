@@ -53,10 +53,16 @@ def force_and_cop(file: FileGuess) -> Plan | None:
     tables = []
     for name, foot in feet.items():
         force = of(foot.force, foot.force.unit or "N")
-        entries[f"{name}_fz_n"] = replace(force, why="a vertical force")
+        down = _points_down(foot.force)
+        entries[f"{name}_fz_n"] = replace(
+            force, why="a vertical force" + ", of the foot on the plate: it points down" * down,
+            factor=-(force.factor or 1.0) if down else force.factor,
+        )  # fmt: skip
         for axis, column, sign in (("x", foot.x, 1.0), ("y", foot.y, foot.y_sign)):
             entry = replace(of(column, column.unit or unit), why="its CoP")
-            entries[f"{name}_cop_{axis}_m"] = replace(entry, factor=-1.0 if sign < 0 else None)
+            entries[f"{name}_cop_{axis}_m"] = replace(
+                entry, factor=-(entry.factor or 1.0) if sign < 0 else entry.factor
+            )
         corners = enumerate(_around(foot, unit), 1)
         cells = "\n".join(f"p{i} = {{ x_m = {x:.3f}, y_m = {y:.3f} }}" for i, (x, y) in corners)
         tables.append(
@@ -72,6 +78,12 @@ def force_and_cop(file: FileGuess) -> Plan | None:
         "a force and a CoP each", "likely", "static-init", "cells", entries, (), rate_hz=rate,
         robot=tuple(tables), blanks=(MASS, *blanks), warnings=warnings,
     )  # fmt: skip
+
+
+def _points_down(force: ColumnGuess) -> bool:
+    """Whether a vertical force is what stands on a plate, not what the plate bears it with."""
+    values = numbers_of(force)
+    return bool(np.nanmedian(values[np.abs(values) > _LOADED * np.nanmax(np.abs(values))]) < 0)
 
 
 def _number_of(file: FileGuess) -> str:
@@ -110,7 +122,7 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
     for column in file.columns:
         if column.values is None or not np.isfinite(column.values).any():
             continue
-        key = _key(column)
+        key = key_of(column)
         words = words_of(column.column)
         last = next((w for w in reversed(words) if not w.isdigit() and w not in _LAST), "")
         if column.quantity in ("force", "load") and column.name.axis in ("", "fz"):
@@ -134,7 +146,7 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
 _LAST = ("left", "right", "l", "r", "mm", "cm", "m")
 
 
-def _key(column: ColumnGuess) -> str:
+def key_of(column: ColumnGuess) -> str:
     """Side of a column, or the number that its name ends with, or the only one in it."""
     stem = split_unit(column.column)[0]
     number = re.search(r"(\d+)\s*(?:[\[(].*)?$", column.column)

@@ -254,6 +254,8 @@ def _place(entry: Entry) -> str:
         said.append(f"plus = {_table(entry.column.plus)}")
     if entry.column is not None and entry.column.high_word:
         said.append(f"high_word = {_quoted(entry.column.high_word)}")
+    if entry.column is not None and entry.column.over:
+        said.append(f"over = {_quoted(entry.column.over)}")
     if entry.nanoseconds:
         said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
     if entry.names:

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from footcal_cli.sniff.cells import cells_in_time
-from footcal_cli.sniff.file_names import Part, escaped
+from footcal_cli.sniff.file_loads import escaped
+from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.motion import body_entries, upright

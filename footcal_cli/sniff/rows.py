@@ -173,7 +173,7 @@ class Body:
         fields = filled_fields(line, self.separator)
         if len(fields) < self.width:
             fields = fields_of(line, self.separator)[: self.width]
-        if len(fields) != self.width:
+        if len(fields) != self.width or (self.indented and fields[0]):
             return False
         if not self.numeric:
             return any(is_moment(field) for field in fields)

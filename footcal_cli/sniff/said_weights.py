@@ -12,7 +12,11 @@ from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 
 _JOINED = re.compile(r"\s*(?:\+|&|and|plus|und|et|y|e)\s*", re.IGNORECASE)
+_TOLERANCE = re.compile(r"\s*(?:±|\+/-|\+-)\s*\d[\d.,]*\s*[A-Za-zµ%]*$")
+_JOINTS = re.compile(r"(?<=\w)\s*([x×*+&])\s*(?=\d)", re.IGNORECASE)
 _TIMES = re.compile(r"(?<![\w.,])(\d{1,2})\s*[x×*]\s*$", re.IGNORECASE)
+DASHES = frozenset({"-", "--", "---", "\u2013", "\u2014"})
+"""What people write where nothing lay on a cell, or where they wrote nothing down."""
 _NEGATIVE = re.compile(r"-[\d.,]")
 _NOTHING = re.compile(
     r"(?:it'?s |all |is |still |again )*(?:empty|nothing|no (?:load|weights?)|none|zero|unloaded|"
@@ -28,9 +32,13 @@ def said_weight(text: str) -> list[tuple[float, str]] | None:
     Between two weights stands what joins them: of ``5 kg cell, 1 kg`` the sum is none.
     """
     text = text.strip(" \t.,;:!*#")
+    text = _TOLERANCE.sub("", text)
+    if text in DASHES:
+        return []
     text = text if _NEGATIVE.match(text) else text.strip("- ")
     if _NOTHING.fullmatch(text) or text == "0":
         return []
+    text = _JOINTS.sub(r" \1 ", text)
     found = list(IN_WORDS.finditer(text))
     said, end = [], 0
     for at, one in enumerate(found):

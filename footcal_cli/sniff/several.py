@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_names import Beside, Part, alike_part, called, escaped
+from footcal_cli.sniff.file_loads import escaped
+from footcal_cli.sniff.file_names import Beside, Part, alike_part, called
 from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Entry, without_silent_rows
+from footcal_cli.sniff.one_by_one import marked_files, posed_files
+from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.stepping import with_sides
+from footcal_cli.sniff.twins import by_loaded_cell, without_twins
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
@@ -41,14 +45,19 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         joined = _two(alike[0][0], alike[1][0])
         if joined:
             return joined, []
+    for group, rest in permutations(alike, 2) if len(alike) == 2 else ():
+        if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
+            return [made], []
+    if len(alike) == 1 and (made := marked_files(alike[0])) is not None:
+        return [made], []
     parts, others = [], []
-    for group in alike:
+    for group in [own for whole in alike for own in by_loaded_cell(whole)]:
         made = alike_part(group)
         if made is None:
             others += group
         else:
             parts.append(made)
-    return with_one_name(*with_bodies(parts, others))
+    return with_one_name(*with_bodies(without_twins(parts), others))
 
 
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:
@@ -62,7 +71,7 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
     for file, beside in ((one, other), (other, one)):
         held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
         if held and attitude_of(numbered(beside), None) is not None:
-            made = _with_attitude(file, numbered(beside))
+            made = _with_attitude(file, numbered(beside)) or _of_holds(file, beside)
             if made is not None:
                 return [made]
     for file, beside in ((one, other), (other, one)):
@@ -216,6 +225,22 @@ def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
     path = file.path
     match = escaped(called([path, beside.path])[0])
     return Part(plan, (path,), match, (Beside(beside, "time" if timed else "row", offset, why),))
+
+
+def _of_holds(file: FileGuess, beside: FileGuess) -> Part | None:
+    """A six-axis transducer, and attitudes of which nothing says when they were: that is asked."""
+    if beside.of("time") or beside.rows >= file.rows or _steps(file, beside) is not None:
+        return None
+    plan = plan_of(file)
+    if plan is None or not any("attitude" in blank.why for blank in plan.blanks):
+        return None
+    asked = Blank(
+        (f"# {beside.path.name}: write the number of the hold into both logs, in a column `hold`",
+         "# (1, 2, …; empty while the transducer moves), then run footcal init again"),
+        f"{beside.path.name} holds {beside.rows} attitudes and neither stamps nor numbers of holds",
+    )  # fmt: skip
+    blanks = tuple(asked if "attitude" in blank.why else blank for blank in plan.blanks)
+    return Part(replace(plan, blanks=blanks), (file.path,), escaped(file.path.name))
 
 
 def _at_stamps(

@@ -25,6 +25,11 @@ _DIFFERENT = 3
 _WORDS = 3
 _LEVELS = 20
 """Different numbers of a signal in which -1 would not be the only negative one."""
+SUMMARY = re.compile(
+    r"(?i)(?:\S+\s+)?(?:grand\s+|sub-?\s?)?(?:total|totals|sum|average|mean|summe|mittelwert|gesamt\w*|"
+    r"ergebnis|somme|moyenne|total général|promedio|suma|media|somma|totale|medel|summa)[:.]?"
+)
+"""What a sheet says in front of a line that sums up those above it: ``500 Average``."""
 _ERROR = re.compile(r"#[A-Z/0!?]+")
 _A_NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?")
 
@@ -76,6 +81,8 @@ def words_for_nothing(words: Sequence[str], *, any_word: bool) -> tuple[str, ...
         (``tare`` among loads is one).
     """
     others = Counter(word for word in words if not _A_NUMBER.fullmatch(word))
-    if not others or len(others) > _WORDS or others.total() > _SHARE * len(words):
+    summed = [word for word in others if SUMMARY.fullmatch(word)]
+    if len(others) - len(summed) > _WORDS or others.total() > _SHARE * len(words):
         return ()
-    return tuple(others) if any_word or all(map(_ERROR.fullmatch, others)) else ()
+    known = all(word in summed or _ERROR.fullmatch(word) for word in others)
+    return tuple(others) if any_word or known else ()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError
 from footcal_cli.sniff.encodings import encoding_of
+from footcal_cli.sniff.ends import end, ends, once_named, refuse_said_below
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.header import (
     header_fields,
@@ -15,6 +16,7 @@ from footcal_cli.sniff.header import (
     names_otherwise,
     once,
     parted,
+    properties,
     qualified,
     units_above,
     with_units_said,
@@ -22,7 +24,6 @@ from footcal_cli.sniff.header import (
 from footcal_cli.sniff.names import are_names
 from footcal_cli.sniff.rows import Body, best_body, fields_of, on_its_side
 from footcal_cli.sniff.sections import refuse_frames, sections
-from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.sniff.units import looks_like_units
 from footcal_cli.tables.delimited import before_power_was_lost, upright
 from footcal_cli.tables.drawn import TEX, is_rule, with_plain_numbers
@@ -139,6 +140,7 @@ def guess_text(path: Path) -> TextGuess:
     free = free_form(lines, encoding)
     if free is not None:
         _refuse_two_tables(path, lines, free)
+        refuse_said_below(path, lines, re.compile(free.line).search, free.carried)
         return TextGuess(free, (), (*said, "no fields: values are found in each line by a pattern"))
     side = on_its_side(lines)
     lines = upright(lines, side) if side else lines
@@ -157,8 +159,9 @@ def guess_text(path: Path) -> TextGuess:
     carried = carried_between([x for x in lines if not found.is_row(x)]) or sections(lines, found)
     layout = _without_carried(replace(guess.layout, carried=carried), lines, found)
     between = [x for x in lines if not (carried and re.search(carried, x))]
-    until, last = _end(_once_named(between, found), found, guess.layout.comment)
-    said += [_ends(until, between, found)] if until else []
+    until, last = end(once_named(between, found), found, guess.layout.comment)
+    refuse_said_below(path, lines, found.is_row, carried)
+    said += [ends(until, between, found)] if until else []
     layout = replace(layout, thousands=found.thousands, until=until)
     said += ["lines between the rows say what holds below"] if carried else []
     if until and not guess.units and len(last) == found.width and looks_like_units(last):
@@ -189,23 +192,6 @@ def _without_carried(layout: Layout, lines: list[str], body: Body) -> Layout:
 
 def _a_comment(line: str, layout: Layout) -> bool:
     return bool(layout.comment) and line.lstrip().startswith(layout.comment)
-
-
-def _once_named(lines: list[str], body: Body) -> list[str]:
-    """Lines without those that are the header again."""
-    top = body.begins_at(lines)
-    header = lines[top - 1].strip() if top else ""
-    return [*lines[:top], *(x for x in lines[top:] if not header or x.strip() != header)]
-
-
-def _ends(until: str, lines: list[str], body: Body) -> str:
-    """What is said of a table that ends above a line: how many rows like its own it leaves out."""
-    at = next(
-        i for i, x in enumerate(lines)
-        if x.lstrip(" \t").startswith(until) and i >= body.begins_at(lines)
-    )  # fmt: skip
-    lost = sum(body.is_row(line, whole=True) for line in lines[at:])
-    return f"the table ends above '{until}'" + (f", {lost} rows below it are not read" * bool(lost))
 
 
 def _restarted(layout: Layout, lines: list[str], top: int) -> Layout:
@@ -311,7 +297,10 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     header_at: int | None = None
     candidates = [(i, header_fields(line, body, comment)) for i, line in above]
     candidates, units = parted([(i, fields) for i, fields in candidates if fields])
-    if not candidates and (otherwise := names_otherwise(above, body)) is not None:
+    if keyed := properties(above, body):
+        header_at, fields, units = keyed
+        names = tuple(fields)
+    elif not candidates and (otherwise := names_otherwise(above, body)) is not None:
         header_at, found = otherwise
         names = tuple(found)
     elif candidates:
@@ -355,30 +344,6 @@ def _laid_out(lines: list[str], body: Body, encoding: str) -> TextGuess:
     if layout.skip_rows:
         said.append(f"{layout.skip_rows} line{'s' * (layout.skip_rows > 1)} above the header")
     return TextGuess(layout, units, tuple(said))
-
-
-def _end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
-    """What the line begins with above which the table ends, and its fields; empty if it goes on.
-
-    A remark below the rows, or a second table: two lines that are no rows, or none after it.
-    """
-    first = body.begins_at(lines)
-    written = [
-        line for line in lines[first:]
-        if line.strip(f" \t\r\n{body.separator}") and not is_rule(line)
-        and not (comment and line.lstrip().startswith(comment))
-    ]  # fmt: skip
-    rows = [body.is_row(line) for line in written]
-    for at, line in enumerate(written):
-        fields = fields_of(line, body.separator)
-        word = fields[0] if fields else ""
-        ends = not any(rows[at : at + 2]) if at + 1 < len(rows) else not rows[at]
-        said = re.search(r"[^\W\d]", word) and not (is_number(word, ".") or is_moment(word))
-        if not rows[at] and ends and said:
-            return word, fields
-        if not rows[at] and not ends:
-            break
-    return "", []
 
 
 def _comment(lines: list[str], body: Body) -> str:

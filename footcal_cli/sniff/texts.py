@@ -12,7 +12,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, Quantity
-from footcal_cli.sniff.said_weights import sums_of
+from footcal_cli.sniff.said_weights import said_weight, sums_of
 from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
@@ -24,12 +24,15 @@ from footcal_cli.sniff.tokens import (
     date_format,
     with_unit,
 )
-from footcal_cli.sniff.units import MASSES, NO_READING, WEIGHTS, known_unit
+from footcal_cli.sniff.units import MASSES, NO_READING, VOLTAGES, WEIGHTS, known_unit
 from footcal_cli.tables.rawcolumn import RawColumn
+from footcal_cli.tables.units import TIMES
 from footcal_cli.tables.values import bare_hexadecimal, since_the_first
 
 FEW = 25
 """A load takes no more than so many values, and so many sensors have a name."""
+_RARE = 0.3
+"""Share of rows in which a column of weights may say something else: a shunt, a subtotal."""
 _EVENTS = 0.5
 """Share of empty cells from which a column holds events."""
 MEAN_IN_A_CELL = r"^([-+]?[\d.,]+)"
@@ -155,25 +158,30 @@ def _with_units(
     if None in units:
         return None
     kind: Quantity = "load" if name.quantity in ("unknown", "label", "other") else name.quantity
-    if kind == "load" and units <= set(NO_READING):
+    if kind == "load" and units <= set(TIMES):
+        kind = "time"
+    elif kind == "load" and units <= set(NO_READING):
         kind = "other"
+    elif kind == "load" and units <= VOLTAGES.keys():
+        kind = "reading"
     name = replace(name, quantity=kind)
     if len(units) == 1 and not plain:
         unit = units.pop()
         numbers = np.array([float(p[0].replace(",", ".")) for p in pairs if p])
         return ColumnGuess(
             column, name, unit, "likely", "numbers with their unit", _in_their_rows(numbers, raw),
-            pattern=r"([-+]?[\d.,]+)",
+            pattern=r"([-+]?[\d.,]+(?:[eE][-+]?\d+)?)",
         )  # fmt: skip
-    if not units <= MASSES.keys() and not units <= WEIGHTS.keys():
+    kinds = (("kg", MASSES), ("N", WEIGHTS), ("mV", VOLTAGES))
+    one, sizes = next((k for k in kinds if units <= k[1].keys()), ("", {}))
+    if not one:
         return None
-    one, sizes = ("kg", MASSES) if units <= MASSES.keys() else ("N", WEIGHTS)
     numbers = np.array([
         float(p[0].replace(",", ".")) * sizes[known_unit(p[1]) or one] if p else 0.0 for p in pairs
     ])  # fmt: skip
     return ColumnGuess(
         column, name, one, "likely", "numbers with their units", _in_their_rows(numbers, raw),
-        pattern=r"([-+]?[\d.,]+)\s*(?P<unit>[A-Za-z]*)",
+        pattern=r"([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-zµ]*)",
     )  # fmt: skip
 
 
@@ -189,16 +197,24 @@ def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) ->
     different = tuple(dict.fromkeys(words))
     if not 1 < len(different) <= FEW or raw.empty.any():
         return None
-    found = sums_of(different)
-    if found is None or name.quantity not in ("load", "unknown", "label", "other", "reading"):
+    if name.quantity not in ("load", "unknown", "label", "other", "reading"):
+        return None
+    others = tuple(word for word in different if said_weight(word) is None)
+    rows = sum(word in others for word in words)
+    if others and (name.quantity != "load" or rows > _RARE * len(words)):
+        return None
+    found = sums_of(word for word in different if word not in others)
+    if found is None:
         return None
     loads, unit = found
-    values = np.array([loads[word] for word in words])
-    if np.ptp(values) == 0.0:
+    values = np.array([loads.get(word, np.nan) for word in words])
+    if np.nanmax(values) == np.nanmin(values):
         return None
+    why = "weights in words, added up"
+    why += f"; {', '.join(others)} is none, such rows are left out" if others else ""
     return ColumnGuess(
-        column, replace(name, quantity="load"), unit, "likely", "weights in words, added up",
-        values, names={word: f"{load:.10g}" for word, load in loads.items()},
+        column, replace(name, quantity="load"), unit, "likely", why,
+        values, names={word: f"{load:.10g}" for word, load in loads.items()}, missing=others,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA = re.compile(r"[+-]?(?:\d+,\d+|\d+)(?:[eE][+-]?\d+)?")
 _COMMA_ONLY = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _POINT_ONLY = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
-_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})(?:\1\d{3})*((?!\1)[.,]\d+)?")
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' _\u00a0\u202f])\d{3})(?:\1\d{3})*((?!\1)[.,]\d+)?")
 _TIME_OF_DAY = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?: ?[AP]M)?"
 _DATE = re.compile(
     rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"
@@ -26,6 +26,10 @@ FRACTION = re.compile(r"([+-]?\d+)\s*/\s*(\d{3,})")
 _WORD = re.compile(r"[^\d;\t|,][^;\t|,]*")
 PLUS_MINUS = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?")
 """A mean with its scatter."""
+_WITHIN = re.compile(
+    r"\d+(?:[.,]\d+)?\s*[A-Za-zµ]{1,3}\s*(?:±|\+/-|\+-)\s*\d+(?:[.,]\d+)?\s*[A-Za-zµ%]{0,3}"
+)
+"""A weight with its tolerance: ``500 g ± 0.1 g``."""
 SIDES = 3
 """Sides on which a sensor hangs, that determine its weight and offsets."""
 IN_WORDS = re.compile(
@@ -72,7 +76,7 @@ def worth(text: str, decimal: str, thousands: str = "") -> float:
         return 0.0
     if is_number(text, decimal, thousands) or is_moment(text):
         return 1.0
-    if PLUS_MINUS.fullmatch(text):
+    if PLUS_MINUS.fullmatch(text) or _WITHIN.fullmatch(text):
         return 1.0
     if with_unit(text) or FRACTION.fullmatch(text) or SUM_OF_WEIGHTS.fullmatch(text):
         return 0.7

@@ -10,7 +10,8 @@ from footcal_cli.sniff.loads import loads_and_cells
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.numbered import numbered
 
-_POSES = ("quaternion", "angle", "matrix", "gravity", "hole", "foot_position", "com")
+_POSES = ("quaternion", "angle", "matrix", "gravity", "hole", "foot_position", "com",
+          "position")  # fmt: skip
 _MOST = 8
 """So many columns are named in a refusal."""
 
@@ -33,7 +34,7 @@ def unfit(file: FileGuess) -> tuple[str, str]:
             f"{loads[0].column} is what the sensor gave, add the known loads (load_kg)",
         )
     file = without_motion(numbered(file))
-    posed = file.of(*_POSES) or [c for c in file.columns if c.why == "a position"]
+    posed = file.of(*_POSES)
     if posed and not file.of("reading", "force", "unknown"):
         return (
             f"positions and attitudes alone ({_names(posed)}), no force",

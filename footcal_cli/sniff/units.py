@@ -11,7 +11,7 @@ _ALSO = {
     "newton": "N", "newtons": "N", "kilogram": "kg", "kilograms": "kg", "gram": "g", "grams": "g",
     "gramm": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s", "sekunden": "s",
     "millis": "ms", "msec": "ms", "milliseconds": "ms", "usec": "us", "micros": "us", "nsec": "ns",
-    "nanoseconds": "ns", "volts": "V", "volt": "V",
+    "nanoseconds": "ns", "volts": "V", "volt": "V", "vdc": "V", "mvdc": "mV",
     "degrees": "deg", "degree": "deg", "°": "deg", "%": "%", "%rh": "%", "db": "dB",
     "dbm": "dB", "ppm": "ppm", "radians": "rad", "celsius": "degC",
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
@@ -41,11 +41,17 @@ NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, shares, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 """In N."""
+VOLTAGES = {"mV": 1.0, "V": 1e3, "uV": 1e-3, "µV": 1e-3}
+"""In mV."""
 LOADS = (*WEIGHTS, "kgf", "lbf", "gf", "kg", "g", "lb", "oz", "mg", "t", "stone", "daN", "ozf")
 """Units of a load."""
 _AMBIGUOUS = 2
 """Units of so few letters differ by the size of these letters."""
 _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
+_WITHIN = re.compile(
+    r"^(?P<stem>[^\[\](){}]*?)[\s_]*[\[(](?P<unit>[^\[\](){}]*)[\])](?P<after>[^\[\](){}]*)$"
+)
+"""A unit with words behind it: ``Force (N) + tension / - compression``."""
 _SPOKEN = re.compile(r"^(?P<stem>.*\S)\s+in\s+(?P<unit>\S+)$")
 """A unit that is spoken: ``Force in kN``."""
 _COUNTED = re.compile(r"(\d*\.?\d+(?:e-?\d+)?)\s*([A-Za-z·*/^²°.-]+)")
@@ -107,6 +113,13 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     found = _BRACKETED.match(name) or _SPOKEN.match(name)
     if found and (unit := known_unit(found["unit"])) is not None:
         return found["stem"], unit, 1.0
+    within = _WITHIN.match(name)
+    if (
+        within
+        and re.search(r"[^\W\d_]{2}", within["after"])
+        and (unit := known_unit(within["unit"]))
+    ):
+        return within["stem"] + within["after"], unit, 1.0
     parted = _COUNTED.fullmatch(found["unit"].strip()) if found else None
     if found and parted and (unit := known_unit(parted[2])) and float(parted[1]) > 0:
         return found["stem"], unit, float(parted[1])

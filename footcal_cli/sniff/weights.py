@@ -10,7 +10,6 @@ from itertools import permutations
 import numpy as np
 
 from footcal_cli.core.bench.matrix import directions
-from footcal_cli.core.bench.split_lines import split_lines
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
 from footcal_cli.sniff.clocks import recorded
@@ -18,6 +17,7 @@ from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 from footcal_cli.sniff.holds import short_holds
 from footcal_cli.sniff.names import PUT, words_of
+from footcal_cli.sniff.one_cell import one_cell, without_their_mean
 from footcal_cli.sniff.plan import (
     FORCES,
     Blank,
@@ -41,13 +41,6 @@ _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
 _FEWEST_PARTS, _WHOLE = 2.0, 1e-6
 """Units that are written beside each other, pounds and ounces: so many parts, a whole number."""
-_BY_CHANCE = 1e-3
-"""How rarely columns of one cell lie on lines so far apart."""
-_READ_AGAIN = {
-    "column", "reading", "value", "measurement", "messung", "messwert", "wert", "lectura", "valor",
-    "lecture", "mesure", "valeur", "lettura", "misura", "读数", "読み",
-}  # fmt: skip
-"""What a number behind makes the same once more."""
 _STRAIGHT = 0.98
 """How much of a reading's variance the load on a cell explains at least."""
 
@@ -126,9 +119,10 @@ def weights(
     if recorded(file, load):
         return _stream(file, named, entries, asked)
     wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
-    if _one_cell(load, cells):
+    if one_cell(load, cells):
         channel = Entry(value="cell", why="readings without names, all on one line of the load")
-        wide = {str(i): own for i, own in enumerate(wide.values(), 1)}
+        cells = without_their_mean(cells)
+        wide = {str(i): {"counts": reading_entry(c)} for i, c in enumerate(cells, 1)}
         return Plan(
             file, f"known weights on one cell, {len(cells)} readings in each row", "numbers "
             "without names that agree", "likely", "offline-fit", "weights",
@@ -143,22 +137,6 @@ def weights(
             "of them, give each its share",
         ),
     )  # fmt: skip
-
-
-def _one_cell(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
-    """Whether readings in columns without names, or counted ones, are of one cell.
-
-    One line of the load is enough. ``adc1`` and ``adc2`` may be two cells that were tared alike.
-    """
-    called = {re.sub(r"\d+", "", c.column) for c in cells}
-    if len(called) > 1 or not {*words_of(called.pop())} <= _READ_AGAIN:
-        return False
-    force, read = numbers_of(load), np.concatenate([numbers_of(c) for c in cells])
-    if read.size != len(cells) * force.size:
-        return False
-    codes = np.repeat(np.arange(len(cells)), force.size)
-    found = split_lines(np.tile(force, len(cells)), read, codes)
-    return found is not None and found.one_line > _BY_CHANCE
 
 
 def moves(cell: ColumnGuess) -> bool:

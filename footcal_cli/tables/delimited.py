@@ -73,7 +73,7 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         The file cannot be read to its end as its layout says.
     """
     if layout.plain:
-        frame = frame_of(_bytes(path), path, texts)
+        frame = frame_of(_with_plain_signs(_bytes(path)), path, texts)
         return frame, np.arange(len(frame), dtype=np.int64) + 2
     if layout.line:
         return _searched(path, layout)
@@ -114,6 +114,17 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         between = pd.DataFrame(found.carried, index=frame.index)
         frame = pd.concat([frame, _as_numbers(between, layout)], axis=1)
     return frame, np.array(numbers, dtype=np.int64)
+
+
+def _with_plain_signs(content: bytes) -> bytes:
+    """A text whose minus is that of mathematics, or stands behind its numbers, with plain ones."""
+    begun = content[:_LONGEST_HEADER].decode("utf-8", errors="replace")
+    if with_plain_numbers(begun) == begun:
+        return content
+    try:
+        return with_plain_numbers(content.decode("utf-8-sig")).encode()
+    except UnicodeDecodeError:
+        return content
 
 
 def before_power_was_lost(content: bytes) -> bytes:
@@ -284,7 +295,7 @@ def _csv_header(path: Path) -> list[str]:
         text = start.decode("utf-8-sig", errors="strict" if end < 0 else "replace")
         if "\N{REPLACEMENT CHARACTER}" in text.partition("\n")[0]:
             raise UnicodeError
-        return [name.strip() for name in next(csv.reader(io.StringIO(text, newline="")), [])]
+        return [_spoken(n) for n in next(csv.reader(io.StringIO(text, newline="")), [])]
     except UnicodeError:
         raise DataError(
             "not readable as UTF-8 text", file=path, remedy=_AS_CSV, foreign=True
@@ -323,7 +334,12 @@ def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame
     except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
         raise unreadable(path, error) from None
     _refuse_cut_line(content, path)
-    return frame.rename(columns=str.strip)
+    return frame.rename(columns=_spoken)
+
+
+def _spoken(name: str) -> str:
+    """A name on one line: a sheet's header may break it."""
+    return " ".join(name.split()) if "\n" in name else name.strip()
 
 
 def _refuse_foreign_bytes(content: bytes, path: Path) -> None:

@@ -21,9 +21,14 @@ _RULE = re.compile(
 _ROW_END = re.compile(r"\\\\\s*(?:\\[A-Za-z]+\b[^&]*)?$")
 _DIGITS = str.maketrans({
     **{chr(zero + i): str(i) for zero in (0x660, 0x6F0, 0x966, 0xFF10) for i in range(10)},
+    "\N{MINUS SIGN}": "-",
     "\N{ARABIC DECIMAL SEPARATOR}": ".", "\N{ARABIC THOUSANDS SEPARATOR}": "",
 })  # fmt: skip
-"""Digits of Arabic, Persian, Devanagari, and those as wide as Chinese characters."""
+"""Digits of Arabic, Persian, Devanagari, and those as wide as Chinese characters; a minus."""
+_COLOURS = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
+_MINUS_BEHIND = re.compile(r"(?m)(^[ ]*|[;,\t|][ ]*)(\d+(?:[.,]\d+)?)-(?=[ ]*(?:[;,\t|\r]|$))")
+_BROKEN = re.compile(r'(?m)(?:^|(?<=[,;\t]))"[^"\n]{0,80}(?:\n[^"\n]{0,80}){1,4}"(?=[,;\t\r\n])')
+_LOOKED_AT = 2**16
 _EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]\d{2,3})(?!\w)")
 
 
@@ -40,7 +45,16 @@ def undrawn(line: str, separator: str) -> str:
 
 
 def with_plain_numbers(text: str) -> str:
-    """A text whose numbers have ASCII digits, and exponents of Fortran (``0.5D+01``) as E."""
+    """A text whose numbers have ASCII digits, and exponents of Fortran (``0.5D+01``) as E.
+
+    Line breaks within quoted fields, as sheets have them in their headers, become blanks; a minus
+    behind a number comes before it, and colours of a terminal are left out.
+    """
+    text = _COLOURS.sub("", text) if "\x1b" in text else text
+    if _MINUS_BEHIND.search(text, 0, _LOOKED_AT):
+        text = _MINUS_BEHIND.sub(r"\1-\2", text)
+    if _BROKEN.search(text, 0, _LOOKED_AT):
+        text = _BROKEN.sub(lambda field: " ".join(field[0].split()), text)
     if not text.isascii():
         text = text.translate(_DIGITS)
     some = any(sign in text for sign in ("D+", "D-", "d+", "d-"))

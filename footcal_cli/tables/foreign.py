@@ -8,22 +8,27 @@ import re
 from collections import Counter
 
 from footcal_cli.tables.pose_blocks import begins_with_poses
+from footcal_cli.tables.turns import TURNS, take_turns
 
 READERS = {
     ".bag": "bags", ".db3": "bags", ".mcap": "mcap_files", ".c3d": "c3d", ".mot": "opensim",
     ".sto": "opensim", ".mat": "matlab", ".h5": "hdf5", ".hdf5": "hdf5", ".hdf": "hdf5",
     ".jsonl": "lines", ".ndjson": "lines", ".json": "lines", ".csv": "logs", ".tsv": "logs",
-    ".txt": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
+    ".txt": "logs", ".prom": "logs", ".lvm": "logs", ".npz": "arrays_numpy", ".npy": "arrays_numpy",
     ".log": "logs", ".yaml": "documents", ".yml": "documents", ".xml": "records",
     ".ini": "logs", ".toml": "logs", ".parquet": "logs", ".pq": "logs", ".html": "webpages",
     ".htm": "webpages",
 }  # fmt: skip
 """Suffix -> module of the room `formats` that makes tables of such a file."""
+END_OF_HEADER = "***End_of_Header***"
+SEGMENTS = "segments with a header each (LabVIEW)"
 BLOCKS = "blocks of lines, a rotation matrix in each"
 _BLOCK = re.compile(r"(?m)^(\s*)([A-Za-z_]\w*) \{[ \t]*$")
 _CLOSED = re.compile(r"(?m)^\s*\}[ \t]*\n")
 _BETWEEN = re.compile(r"\n[ \t]*\n")
 _FEWEST_BLOCKS = 2
+_ONE_SEGMENT = 2
+"""Headers of a LabVIEW file of one segment: the file's and the segment's."""
 
 
 _CARD_LINE = re.compile(r"^\s*([^\W\d][^:=\[\]{}<>|]{0,40}?)\s*[:=]\s*(\S.*?)\s*$")
@@ -89,6 +94,10 @@ def kind_of_records(text: str) -> str:
         return kind
     if begins_with_poses(text):
         return BLOCKS
+    if take_turns(text):
+        return TURNS
+    if text.startswith("LabVIEW Measurement") and text.count(END_OF_HEADER) > _ONE_SEGMENT:
+        return SEGMENTS
     if re.match(r"\s*<(?:!doctype html|html|table)\b", text, re.IGNORECASE):
         return "HTML"
     if is_xml(text):

@@ -41,6 +41,8 @@ class ForeignColumn:
         Another column of the file: nanoseconds beside the whole seconds of `column`.
     high_word
         Another column of the file: the high one of two registers of 16 bits, `column` the low one.
+    over
+        Another column of the file that its numbers are divided by: a moment by a force is a lever.
     plus
         Other columns of the file -> their units: what comes on top (ounces beside pounds).
     wraps_at
@@ -68,6 +70,7 @@ class ForeignColumn:
     factor: float | None = None
     nanoseconds: str = ""
     high_word: str = ""
+    over: str = ""
     plus: Mapping[str, str] = field(default_factory=dict)
     wraps_at: float | None = None
     summed: bool = False

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
+from footcal_cli.tables.cells import cell_of
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names, raw_columns
 from footcal_cli.tables.rawcolumn import RawColumn
-from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
+from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.registers import with_high_word
 from footcal_cli.tables.textfiles import called_as
 from footcal_cli.tables.units import conversion
@@ -63,6 +64,7 @@ def source_columns(
     wanted = {p.column for p in places.values() if p.in_file}
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
     wanted |= {p.high_word for p in places.values() if p.high_word}
+    wanted |= {p.over for p in places.values() if p.over}
     wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
     wanted |= conditions
@@ -98,15 +100,17 @@ def source_columns(
     found = {}
     for name, place in places.items():
         if place.in_file:
-            found[name] = _cell(raw[place.column], place, reading, path)
+            found[name] = cell_of(raw[place.column], place, reading, path)
             if place.only_where:
                 found[name] = _only_where(found[name], raw, place)
             for other, unit in place.plus.items():
-                more = _cell(raw[other], place, reading, path)
+                more = cell_of(raw[other], place, reading, path)
                 found[name] = _plus(found[name], more, place, (other, unit), path)
             if place.high_word:
                 both = (place.column, place.high_word)
                 found[name] = with_high_word(found[name], raw[place.high_word], both, path)
+            if place.over:
+                found[name] = _divided(found[name], raw[place.over], place, path)
             if place.nanoseconds:
                 found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:
@@ -196,6 +200,18 @@ def _with_nanoseconds(
     return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
 
 
+def _divided(raw: RawColumn, by: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
+    """A column by another one; empty where that is nought."""
+    for one, name in ((raw, place.column), (by, place.over)):
+        if one.kind != "number":
+            raise DataError("holds no numbers", file=path, column=name,
+                            remedy="correct `over` in [columns]")  # fmt: skip
+    size = by.values.astype(np.float64)
+    empty = raw.empty | by.empty | (size == 0.0)
+    values = raw.values.astype(np.float64) / np.where(empty, np.nan, size)
+    return replace(raw, values=values, empty=empty)
+
+
 def _plus(
     raw: RawColumn, more: RawColumn, place: ForeignColumn, other: tuple[str, str], path: Path
 ) -> RawColumn:
@@ -222,94 +238,6 @@ def _only_where(
     values = raw.values.copy()
     values[elsewhere] = "0" if raw.kind == "text" else 0
     return replace(raw, values=values, empty=raw.empty & ~elsewhere)
-
-
-def _held(raw: RawColumn) -> RawColumn:
-    """A column whose empty cells mean what stands above them."""
-    above = np.maximum.accumulate(np.where(raw.empty, -1, np.arange(len(raw.values))))
-    values = raw.values[np.maximum(above, 0)]
-    return replace(raw, values=values, empty=above < 0)
-
-
-def _without_reading(raw: RawColumn, place: ForeignColumn, layout: Layout) -> RawColumn:
-    """A column whose cells are empty where they say that there was no reading."""
-    if raw.kind == "number":
-        words = [_number_of(word) for word in place.missing]
-        nothing = raw.empty | np.isin(raw.values, [word for word in words if word is not None])
-        values = np.where(nothing, np.nan, raw.values) if nothing.any() else raw.values
-        return replace(raw, values=values, empty=nothing)
-    said = [str(word).strip() for word in raw.values.tolist()]
-    nothing = raw.empty | np.array([word in place.missing for word in said])
-    plain = [_plain_number(word, layout) for word in said]
-    return replace(raw, values=np.array(plain, dtype=object), empty=nothing)
-
-
-def _number_of(word: str) -> float | None:
-    try:
-        return float(word)
-    except ValueError:
-        return None
-
-
-def _cell(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
-    """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
-    raw = _held(raw) if place.held else raw
-    raw = _without_reading(raw, place, reading.layout) if place.missing else raw
-    if raw.kind != "text" or not (place.pattern or place.names):
-        return raw
-    words: list[object] = []
-    looked_for = re.compile(place.pattern) if place.pattern else None
-    for at, word in enumerate(raw.values.tolist()):
-        if raw.empty[at]:
-            words.append(np.nan)
-            continue
-        said = str(word).strip()
-        if looked_for is not None:
-            found = looked_for.search(said)
-            if found is None:
-                raise DataError(
-                    f"does not match the pattern '{place.pattern}'", file=path,
-                    column=place.column, row=raw.row(at), value=said,
-                    remedy="correct `pattern` in [columns]",
-                )  # fmt: skip
-            said = found.group(1)
-            if place.unit and "unit" in looked_for.groupindex:
-                said = _plain_number(said, reading.layout)
-                words.append(_in_unit(said, found["unit"] or "", place, raw.row(at), path))
-                continue
-            if re.fullmatch(r"[-+]?[\d.,' ]+", said):
-                said = _plain_number(said, reading.layout)
-        words.append(place.names.get(said, said))
-    return replace(raw, values=np.array(words, dtype=object))
-
-
-def _plain_number(said: str, layout: Layout) -> str:
-    """A number as it is written in a file, with a decimal point and nothing between thousands."""
-    if layout.thousands:
-        said = said.replace(layout.thousands, "")
-    return said.replace(layout.decimal, ".")
-
-
-def _in_unit(said: str, unit: str, place: ForeignColumn, row: str, path: Path) -> object:
-    """A number with its own unit, in the unit of its column."""
-    from footcal_cli.tables.units import conversion
-
-    try:
-        value = float(said)
-        if unit == "":
-            if value != 0.0:
-                raise UsageError("a number without a unit", remedy=f"write it in {place.unit}")
-            return value
-        change = conversion(unit, place.unit or "", 1.0)
-        if change.weighed:
-            raise UsageError("a mass among forces", remedy="write all of them in one unit")
-        return change.slope * value
-    except (ValueError, UsageError) as error:
-        problem = error.problem if isinstance(error, UsageError) else "not a number"
-        raise DataError(
-            problem, file=path, column=place.column, row=row, value=f"{said} {unit}".strip(),
-            remedy="correct the cell, or `pattern` in [columns]",
-        ) from None  # fmt: skip
 
 
 def _joined(

@@ -76,7 +76,7 @@ def up_and_down(to: Path, rng: Rng) -> Made:
     """Loading and unloading in two columns."""
     one, g = cell(rng), np.array([0, 200, 500, 1000, 2000.0])
     body = rows(g, one.read(g * G / 1e3, rng), one.read(g * G / 1e3, rng), form="%.10g")
-    truth = truth_of({"up": one, "down": one})
+    truth = truth_of(one)
     return Made([write(to / "hysteresis.csv", ["weight [g],up,down", *body])], truth)
 
 

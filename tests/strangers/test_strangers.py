@@ -40,8 +40,13 @@ from tests.strangers import (
     twelfth_bench,
     twelfth_robots,
     twentieth,
+    twenty_fifth,
     twenty_first,
+    twenty_fourth_bench,
+    twenty_fourth_robots,
     twenty_second,
+    twenty_seventh,
+    twenty_sixth,
     twenty_third_bench,
     twenty_third_robots,
     unseen,
@@ -77,12 +82,28 @@ SAMPLE = (
     twenty_third_bench.readings_of_lbf_force, twenty_third_robots.kistler_two_dimensions,
     twenty_third_robots.json_of_topics, twenty_third_robots.flat_message_with_groups,
     twenty_third_robots.topics_for_legs, twenty_third_robots.holds_of_weights_short,
-    thirteenth_bench.percent_of_full_scale,
+    thirteenth_bench.percent_of_full_scale, twenty_fourth_bench.diadem_extremes,
+    twenty_fourth_bench.subtotals, twenty_fourth_bench.totals_below,
+    twenty_fourth_bench.plates_times, twenty_fourth_bench.pounds_in_file_names,
+    twenty_fourth_bench.broken_header_cells,
+    twenty_fourth_bench.merged_loads, twenty_fourth_bench.said_afterwards,
+    twenty_fourth_bench.target_and_actual, twenty_fourth_bench.shunt_first,
+    twenty_fourth_bench.lvm_segments, twenty_fourth_robots.one_matrix_per_hold,
+    twenty_fourth_robots.file_per_hold_and_angles, twenty_fourth_robots.matrix_in_one_cell,
+
+    twenty_fourth_robots.plate_moments_at_points, twenty_fourth_robots.treadmill_three_columns,
+    twenty_fourth_robots.c3d_two_plates, twenty_fourth_robots.amti_points_in_file_names,
+    twenty_fourth_robots.feet_loaded_by_name,
+    twenty_fifth.metrics_of_two_cells, twenty_sixth.trailing_minus,
+    twenty_sixth.mass_in_each_head, twenty_sixth.up_down_and_mean,
+    twenty_sixth.weights_with_tolerance, twenty_sixth.quaternion_in_counts,
+    twenty_seventh.ros_json_of_two_arms, twenty_seventh.comment_column_of_loads,
+
 )  # fmt: skip
 """Shapes that between them pass every line of the reader; the whole corpora are slow."""
 
 
-NOT_READ: dict[str, set[str]] = {}
+NOT_READ: dict[str, set[str]] = {"twenty_seventh": {"counts_with_their_sign_apart"}}
 """Logs that end with a refusal which does not lead on, by corpus; docs/bring_your_log.md."""
 
 
@@ -100,6 +121,11 @@ CORPORA = {
     "eighteenth": eighteenth.EIGHTEENTH, "nineteenth": nineteenth.NINETEENTH,
     "twentieth": twentieth.TWENTIETH, "twenty_first": twenty_first.TWENTY_FIRST,
     "twenty_second": twenty_second.TWENTY_SECOND,
+    "twenty_fourth": (
+        *twenty_fourth_bench.TWENTY_FOURTH_BENCH, *twenty_fourth_robots.TWENTY_FOURTH_ROBOTS
+    ),
+    "twenty_fifth": twenty_fifth.TWENTY_FIFTH, "twenty_sixth": twenty_sixth.TWENTY_SIXTH,
+    "twenty_seventh": twenty_seventh.TWENTY_SEVENTH,
     "twenty_third": (
         *twenty_third_bench.TWENTY_THIRD_BENCH, *twenty_third_robots.TWENTY_THIRD_ROBOTS
     ),

@@ -153,7 +153,7 @@ def kistler_two_dimensions(to: Path, rng: Rng) -> Made:
                 fz = rng.normal(400, 5)
                 at = np.array([x, y]) * 1.02 + [2.0, -3.0] + rng.normal(0, 0.2, 2)
                 lines.append(f"{x},{y},{fz:.2f},{fz * at[1] * 1e-3:.4f},{-fz * at[0] * 1e-3:.4f}")
-    return Made([write(to / "spots.csv", lines)], says="cop_x_m = -My / Fz")
+    return Made([write(to / "spots.csv", lines)], cop_within_m=1.5e-3)
 
 
 def bertec_fz_cop(to: Path, rng: Rng) -> Made:

@@ -1,0 +1,165 @@
+"""A file for each hold or each mark: what was meant stands in a sheet, or in the files' names.
+
+Room: sniff; asked by several. The files are looked at as one log, whose rows know their file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.experiment import plan_of
+from footcal_cli.sniff.file_loads import Names
+from footcal_cli.sniff.file_names import Part, called
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.levers import with_levers
+from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.plan import Entry, Plan
+
+_LEAST_FILES, _LEAST_MARKS = 3, 4
+_PLACE = re.compile(
+    r"(?<![A-Za-z])x[ =_]?([-+]?\d+(?:[.p]\d+)?)(mm|cm|m)?[ ,;_]*y[ =_]?([-+]?\d+(?:[.p]\d+)?)"
+    r"(mm|cm|m)?(?!\d|\.\d)",
+    re.IGNORECASE,
+)
+"""``x-150_y200``, ``x10mm y20mm``: where something stood."""
+_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+_NEARLY = 0.2
+"""How far the span of a CoP may be from that of the marks, where it says their unit."""
+
+
+def posed_files(
+    group: list[FileGuess], sheet: FileGuess, posed: Callable[[FileGuess, FileGuess], Part | None]
+) -> Part | None:
+    """Files of one hold each, and a sheet that says by their number or name how each was turned.
+
+    Parameters
+    ----------
+    group, sheet
+        The files of the holds, and the table of attitudes.
+    posed
+        The plan for one log with the number of a pose in its rows, and its sheet.
+    """
+    if len(group) < _LEAST_FILES or sheet.rows < len(group):
+        return None
+    names = Names.of(called([file.path for file in group]))
+    for key in sheet.columns:
+        steps = _named_steps(key, names, group)
+        if steps is None:
+            continue
+        words = tuple(dict.fromkeys(steps))
+        ours = ColumnGuess(
+            key.column, NameGuess("placement"), None, "likely", "the files' names", words=words,
+            codes=np.repeat([words.index(s) for s in steps], [f.rows for f in group]),
+        )  # fmt: skip
+        part = posed(_as_one(group, (ours,)), sheet)
+        if part is not None:
+            meant = dict(zip(names.middle, steps, strict=True))
+            entries = {
+                name: _by_file(entry, names, {w: entry.names[s] for w, s in meant.items()})
+                if entry.column is not None and entry.column.column == key.column else entry
+                for name, entry in part.plan.entries.items()
+            }  # fmt: skip
+            return _part(group, replace(part.plan, entries=entries), names)
+    return None
+
+
+def _named_steps(
+    key: ColumnGuess, names: Names, group: Sequence[FileGuess]
+) -> tuple[str, ...] | None:
+    """For each file the text of a sheet's column that means it; None where one has none."""
+    if key.values is not None:
+        texts = [f"{v:.0f}" for v in key.values.tolist() if v == v and v == round(v)]
+    else:
+        texts = [key.words[i] for i in key.codes if i >= 0] if key.codes is not None else []
+    if len({*texts}) < max(len(texts), len(group)):
+        return None
+    found = []
+    for word, file in zip(names.middle, group, strict=True):
+        digits = re.findall(r"\d+", word)
+        stem = file.path.name.split(".")[0]
+        either = [t for t in texts if t in (file.path.name, stem, word)]
+        either += [t for t in texts if len(digits) == 1 and t.isdecimal()
+                   and int(t) == int(digits[0])]  # fmt: skip
+        if not either:
+            return None
+        found.append(either[0])
+    return tuple(found) if len({*found}) == len(found) else None
+
+
+def marked_files(group: list[FileGuess]) -> Part | None:
+    """Files of one mark on a plate each, whose names say where it is: a force and moments in each.
+
+    The unit of the places is said, or it is the one in which the CoP spans what they do.
+    """
+    names = [file.path.name for file in group]
+    found = [_PLACE.search(name) for name in names]
+    if len(group) < _LEAST_MARKS or any(f is None for f in found):
+        return None
+    places = np.array([[_number(f[1]), _number(f[3])] for f in found if f])
+    said = {f[i] for f in found if f for i in (2, 4)}
+    rows = [file.rows for file in group]
+    for unit in (said & {*_UNITS}) if len(said) == 1 and said != {None} else _UNITS:
+        holes = tuple(
+            ColumnGuess(f"\0{a}", NameGuess("hole", a, unit=unit), unit, "likely", "names",
+                        np.repeat(places[:, i], rows))
+            for i, a in enumerate("xy")
+        )  # fmt: skip
+        whole = _as_one(group, holes)
+        plan = plan_of(whole)
+        if plan is None or plan.role != "cop_points" or not _spans(whole, holes, unit):
+            continue
+        expressions = (r"(?i)(?<![A-Za-z])x[ =_]?([-+]?\d+(?:\.\d+)?)",
+                       r"(?i)(?<![A-Za-z])y[ =_]?([-+]?\d+(?:\.\d+)?)")  # fmt: skip
+        why = "the files' names" + ("" if said != {None} else ", in the unit of the CoP")
+        entries = {**plan.entries} | {
+            f"hole_{a}_m": Entry(file_name=expression, unit=unit, why=why)
+            for a, expression in zip("xy", expressions, strict=True)
+        }
+        kind = f"{plan.kind}, a file for each point"
+        return _part(group, replace(plan, entries=entries, kind=kind), Names.of(names))
+    return None
+
+
+def _number(text: str) -> float:
+    return float(text.replace("p", "."))
+
+
+def _spans(file: FileGuess, holes: Sequence[ColumnGuess], unit: str) -> bool:
+    """Whether the CoP of a log spans what the marks do in a unit."""
+    cops = {c.name.axis: c for c in with_levers(numbered(file)).of("cop")}
+    for hole in holes:
+        cop = cops.get(hole.name.axis)
+        if cop is None or cop.values is None or hole.values is None:
+            return False
+        ours, theirs = np.nanstd(hole.values) * _UNITS[unit], np.nanstd(cop.values)
+        if abs(theirs * _UNITS.get(cop.unit or "m", 1.0) / ours - 1.0) > _NEARLY:
+            return False
+    return True
+
+
+def _as_one(group: Sequence[FileGuess], more: Sequence[ColumnGuess]) -> FileGuess:
+    """Several logs of the same columns below each other, with columns that say of which each is."""
+    columns = []
+    for at, first in enumerate(group[0].columns):
+        parts = [file.columns[at].values for file in group]
+        if any(part is None for part in parts):
+            continue
+        whole: FloatArray = np.concatenate([part for part in parts if part is not None])
+        columns.append(replace(first, values=whole))
+    rows = sum(file.rows for file in group)
+    return replace(group[0], columns=(*more, *columns), rows=rows)
+
+
+def _by_file(entry: Entry, names: Names, meant: dict[str, str]) -> Entry:
+    """An entry whose numbers go by the file's name."""
+    return replace(entry, column=None, file_name=names.expression, names=meant)
+
+
+def _part(group: Sequence[FileGuess], plan: Plan, names: Names) -> Part:
+    return Part(replace(plan, file=group[0]), tuple(file.path for file in group), names.match)

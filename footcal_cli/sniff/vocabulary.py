@@ -1,0 +1,53 @@
+"""Words of which names of columns are made, by what they are of.
+
+Room: sniff; asked by names.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+Quantity = Literal[
+    "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
+    "gravity", "acceleration", "com", "com_acc", "foot_position", "hole", "temperature", "label",
+    "direction", "repeat", "session", "phase", "orientation", "placement", "contact", "pressure",
+    "position", "other", "unknown",
+]  # fmt: skip
+
+WORDS: dict[str, Quantity] = {}
+_SPELLINGS: dict[Quantity, str] = {
+    "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
+    "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
+    "时间 時間 时刻",
+    "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
+    "subframe sub messung probe nummer",
+    "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
+    "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
+    "gross net brutto netto lordo bruto neto added increment zugelegt "
+    "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt "
+    "massa appliqué appliquée aplicada "
+    "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
+    "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
+    "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
+    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
+    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display "
+    "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
+    "temperature": "temp temperature temperatur température temperatura температура 温度",
+    "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
+    "direction": "direction dir richtung updown",
+    "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
+    "series serie reihe messreihe série",
+    "session": "session day tag set block sitzung",
+    "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
+    "orientation": "orientation lage attitude ori",
+    "placement": "placement hole point position loch punkt place spot pose",
+    "contact": "contact kontakt stance",
+    "pressure": "pressure druck pression",
+    "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "
+    "status state flag error err battery batt dropout valid quality rssi crc checksum "
+    "comment remark note notiz bemerkung units unit einheit weg displacement stroke travel "
+    "tracking min max peak tare tara validity throttle pwm duty pct percent rpm efficiency esc",
+}
+for _meaning, _spellings in _SPELLINGS.items():
+    for _word in _spellings.split():
+        WORDS.setdefault(_word, _meaning)

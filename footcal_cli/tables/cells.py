@@ -1,0 +1,105 @@
+"""Cells of a column of text as numbers and names: patterns, units beside them, what means nothing.
+
+Room: tables; asked by sources for each column of a file.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from footcal_cli.errors import DataError, UsageError
+from footcal_cli.tables.rawcolumn import RawColumn
+from footcal_cli.tables.reading import ForeignColumn, Layout, Reading
+from footcal_cli.tables.units import conversion
+
+
+def _held(raw: RawColumn) -> RawColumn:
+    """A column whose empty cells mean what stands above them."""
+    above = np.maximum.accumulate(np.where(raw.empty, -1, np.arange(len(raw.values))))
+    values = raw.values[np.maximum(above, 0)]
+    return replace(raw, values=values, empty=above < 0)
+
+
+def _without_reading(raw: RawColumn, place: ForeignColumn, layout: Layout) -> RawColumn:
+    """A column whose cells are empty where they say that there was no reading."""
+    if raw.kind == "number":
+        words = [_number_of(word) for word in place.missing]
+        nothing = raw.empty | np.isin(raw.values, [word for word in words if word is not None])
+        values = np.where(nothing, np.nan, raw.values) if nothing.any() else raw.values
+        return replace(raw, values=values, empty=nothing)
+    said = [str(word).strip() for word in raw.values.tolist()]
+    plain = [_plain_number(word, layout) for word in said]
+    silent = [bool({*pair} & {*place.missing}) for pair in zip(said, plain, strict=True)]
+    nothing = raw.empty | np.array(silent)
+    plain = said if place.names else plain
+    return replace(raw, values=np.array(plain, dtype=object), empty=nothing)
+
+
+def _number_of(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
+    """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
+    raw = _held(raw) if place.held else raw
+    raw = _without_reading(raw, place, reading.layout) if place.missing else raw
+    if raw.kind != "text" or not (place.pattern or place.names):
+        return raw
+    words: list[object] = []
+    looked_for = re.compile(place.pattern) if place.pattern else None
+    for at, word in enumerate(raw.values.tolist()):
+        if raw.empty[at]:
+            words.append(np.nan)
+            continue
+        said = str(word).strip()
+        if looked_for is not None:
+            found = looked_for.search(said)
+            if found is None:
+                raise DataError(
+                    f"does not match the pattern '{place.pattern}'", file=path,
+                    column=place.column, row=raw.row(at), value=said,
+                    remedy="correct `pattern` in [columns]",
+                )  # fmt: skip
+            said = found.group(1)
+            if place.unit and "unit" in looked_for.groupindex:
+                said = _plain_number(said, reading.layout)
+                words.append(_in_unit(said, found["unit"] or "", place, raw.row(at), path))
+                continue
+            if re.fullmatch(r"[-+]?[\d.,' ]+", said):
+                said = _plain_number(said, reading.layout)
+        words.append(place.names.get(said, said))
+    return replace(raw, values=np.array(words, dtype=object))
+
+
+def _plain_number(said: str, layout: Layout) -> str:
+    """A number as it is written in a file, with a decimal point and nothing between thousands."""
+    if layout.thousands:
+        said = said.replace(layout.thousands, "")
+    return said.replace(layout.decimal, ".")
+
+
+def _in_unit(said: str, unit: str, place: ForeignColumn, row: str, path: Path) -> object:
+    """A number with its own unit, in the unit of its column."""
+    try:
+        value = float(said)
+        if unit == "":
+            if value != 0.0:
+                raise UsageError("a number without a unit", remedy=f"write it in {place.unit}")
+            return value
+        change = conversion(unit, place.unit or "", 1.0)
+        if change.weighed:
+            raise UsageError("a mass among forces", remedy="write all of them in one unit")
+        return change.slope * value
+    except (ValueError, UsageError) as error:
+        problem = error.problem if isinstance(error, UsageError) else "not a number"
+        raise DataError(
+            problem, file=path, column=place.column, row=row, value=f"{said} {unit}".strip(),
+            remedy="correct the cell, or `pattern` in [columns]",
+        ) from None  # fmt: skip
