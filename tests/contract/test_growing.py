@@ -57,7 +57,8 @@ free = chain.parameters()
 sd = np.array([0.05])
 
 def whitened(theta):
-    return residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta))).whitened(sd)
+    error = residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta)))
+    return (error.error / sd)[error.valid]
 
 fit = fit_map(whitened, free)
 print(fit.estimates["left_fl.bow"], fit.estimates.sd_of("left_fl.bow"))
@@ -75,6 +76,8 @@ KNOWN = {"weight_n": "who stands on all cells, N"}
 EXPERIMENT = Experiment("scales", KNOWN, balance, ("scale_bias",))
 """
 STAND_ON = """
+from dataclasses import replace
+
 import numpy as np
 from footcal_cli.core.chain import chain_of, link
 from footcal_cli.core.effects.calibration import SCALE_BIAS
@@ -82,6 +85,7 @@ from footcal_cli.core.experiments.contract import residual
 from footcal_cli.core.experiments.scales import EXPERIMENT
 from footcal_cli.core.inference.fit import fit_map
 from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import ParameterSet
 
 rng = np.random.default_rng(5)
 cells, share = ("left_fl", "left_fr"), rng.uniform(0.1, 0.9, 200)
@@ -91,12 +95,16 @@ force = np.stack([share * weight, (1.0 - share) * weight], axis=1)
 log = Log("scales", cells, np.arange(200.0), force, {"weight_n": weight}, np.zeros(200, dtype=int))
 chain = chain_of([link(SCALE_BIAS, cells)])
 shown = chain.apply(log.with_readings(force + rng.normal(0.0, 0.5, force.shape)), true)[0]
-free = chain.parameters().updated({name: 1.1 * value for name, value in true.items()})
+begun = {name: 1.1 * value for name, value in true.items()}
+free = ParameterSet(
+    tuple(replace(p, value=begun.get(p.name, p.value)) for p in chain.parameters())
+)
 sd = np.array([0.5 * 2.0**0.5])
 
 
 def whitened(theta):
-    return residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta))).whitened(sd)
+    error = residual(EXPERIMENT, chain, shown, dict(zip(free.names, theta)))
+    return (error.error / sd)[error.valid]
 
 
 fit = fit_map(whitened, free)

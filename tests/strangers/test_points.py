@@ -29,7 +29,7 @@ def test_four_feet_of_one_cell_each(run: Run, tmp_path: Path) -> None:
         one = found[f"{leg}_foot.scale"]
         assert one.sd is not None
         assert abs(one.value - scale) < 4.0 * one.sd
-        assert one.sd < 0.01 * scale
+        assert 0.01 * scale < one.sd < 0.015 * scale  # the stated mass, little more
     # channels that are the cells of no foot end with one line, not with a crash
     recipe.write_text(text.replace("[robot.feet.hl.", "[robot.feet.hind."), encoding="utf-8")
     wrong = run("static-init", "--recipe", recipe, "--out", tmp_path / "wrong")
