@@ -235,7 +235,9 @@ def _searched(
         if judged(subject, sized, least, seed)[0] in (Verdict.NAMED, Verdict.NAMED_UNKNOWN):
             yield path, Verdict.NAMED, share
             return
-    if verdict is Verdict.UNKNOWN and not _matters(subject, path, beside=False):
+    weak = subject.problem.pieces and any(c.p > rules.alpha_small for c in path.causes)
+    unsure = verdict is Verdict.UNKNOWN or (weak and verdict is Verdict.AMBIGUOUS)
+    if unsure and not _matters(subject, path, beside=False):
         yield path, Verdict.NONE, share
         return
     if verdict is not Verdict.UNKNOWN:
