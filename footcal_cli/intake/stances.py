@@ -17,9 +17,10 @@ from footcal_cli.core.stances import StanceRows
 from footcal_cli.core.static_init import without_false_lifts
 from footcal_cli.errors import FitError
 from footcal_cli.intake.recordings import Recording
+from footcal_cli.recipe.options import StaticInitOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.recipe.options import StaticInitOptions
+    from footcal_cli.recipe import Recipe
 
 
 def all_stances(
@@ -50,12 +51,18 @@ def all_stances(
     return without_false_lifts(joined), quiet
 
 
-def quiet_rows(options: StaticInitOptions, recording: Recording) -> BoolArray:
-    """Rows of a stand that `static-init` takes, shape (n,); all where nothing is quiet."""
-    try:
-        return _quiet(options, recording).stance >= 0
-    except FitError:
-        return np.ones(len(recording.merged.log), dtype=bool)
+def judged_rows(recipe: Recipe, kind: str, recording: Recording) -> BoolArray:
+    """Rows that `diagnose` judges, shape (n,): of a stand those that `static-init` takes.
+
+    All of a walk, and of a stand in which nothing is quiet.
+    """
+    if kind == "stand":
+        try:
+            asked = recipe.options_for(StaticInitOptions, "static_init")
+            return _quiet(asked, recording).stance >= 0
+        except FitError:
+            pass
+    return np.ones(len(recording.merged.log), dtype=bool)
 
 
 def _quiet(options: StaticInitOptions, recording: Recording) -> QuietSet:

@@ -97,7 +97,7 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     if problem.traces is None or (several and not is_one_stream(problem)):
         return Jump()
     mean = means_of_blocks(problem, np.column_stack([problem.residual, fitted]))
-    unit, most = np.ones(outputs), 1e-300
+    unit, whole = np.ones(outputs), np.repeat(np.arange(blocks - 1, 0, -1), outputs)
     for _ in range(_ROUNDS if outputs > 1 else 1):
         of_row = np.tile(unit, blocks)
         scaled = mean / of_row[:, None]
@@ -108,7 +108,6 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
             return Jump()
         rest = scaled[:, 0] - onto @ (onto.T @ scaled[:, 0])
         known = _from_each_on(onto, outputs)
-        whole = np.repeat(np.arange(blocks - 1, 0, -1), outputs)
         energy = whole - np.sum(known**2, axis=1)
         along = _from_each_on(rest[:, None], outputs)[:, 0]
         taken = np.where(energy > _SHOWN * whole, along**2 / np.maximum(energy, _RCOND), 0.0)
@@ -228,16 +227,10 @@ def held(problem: Problem, name: str) -> tuple[FloatArray, FloatArray, str]:
     """When each hold is, what calibration leaves of one output in it, (b,) each, and its unit."""
     assert problem.traces is not None, "a series"
     o = problem.outputs.index(name) if name in problem.outputs else 0
-    mine = problem.output == o
-    rows = np.bincount(problem.block[mine], minlength=problem.blocks)
-    left = left_by(problem.fitted, problem.residual, _RCOND)
-    each = (problem.traces.time_s[mine], left[mine] * problem.noise[mine])
-    time_s, mean = (
-        np.bincount(problem.block[mine], values, minlength=problem.blocks)[rows > 0]
-        / rows[rows > 0]
-        for values in each
-    )
-    return time_s, mean, problem.units[o]
+    left = left_by(problem.fitted, problem.residual, _RCOND) * problem.noise
+    mean = means_of_blocks(problem, np.column_stack([problem.traces.time_s, left]))
+    time_s, mean_left = mean[o :: len(problem.outputs)].T
+    return time_s, mean_left, problem.units[o]
 
 
 def _pooled(problem: Problem) -> Mapping[int, IntArray]:

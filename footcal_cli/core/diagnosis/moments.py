@@ -26,6 +26,7 @@ from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import starts_of
 
 _MOST_TIMES = 200
 _RARE = 0.01
@@ -94,8 +95,7 @@ def best_between(subject: Subject, after_s: float, before_s: float) -> Signature
 
 def _starts(log: Log) -> FloatArray:
     """When each block begins, s since the start."""
-    first = np.flatnonzero(np.diff(log.block, prepend=-1) != 0)
-    return np.asarray(log.time_s[first] - log.time_s[0])
+    return np.asarray(log.time_s[starts_of(log.block)] - log.time_s[0])
 
 
 def _at(signature: Signature, moment: str, time_s: float) -> Signature:

@@ -35,8 +35,8 @@ from footcal_cli.intake.cases.shared import (
     rate_of,
 )
 from footcal_cli.intake.recordings import Recording, read_recordings
-from footcal_cli.intake.stances import quiet_rows
-from footcal_cli.recipe.options import DiagnoseOptions, StaticInitOptions
+from footcal_cli.intake.stances import judged_rows
+from footcal_cli.recipe.options import DiagnoseOptions
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
@@ -58,7 +58,6 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     least = session.recipe.robot.least_force_n
     rule = MergeRule(delay_s=session.options.delay_s, min_force_n=least)
     recordings = read_recordings(session, rule, kind, body_needed=kind == "walk")
-    asked = session.recipe.options_for(StaticInitOptions, "static_init")
     logs, steps, noises = [], [], []
     for recording in recordings:
         merged = recording.merged
@@ -66,8 +65,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
             session.note(_weighed(recording, session.recipe.robot.mass_kg or 1.0))
         steps.append(steps_of(merged.raw))
         noises.append(noise_of_smoothed(merged.raw, merged.log.readings, merged.rate_hz))
-        quiet = None if kind == "walk" else quiet_rows(asked, recording)
-        logs.append(_log_of(recording, experiment, quiet))
+        judged = judged_rows(session.recipe, kind, recording)
+        logs.append(_log_of(recording, experiment, judged))
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
     belief = recordings[0].belief
@@ -110,11 +109,10 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     return CaseRead(case, [], unseen_walking() if kind == "walk" else {})
 
 
-def _log_of(recording: Recording, experiment: Experiment, quiet: BoolArray | None) -> Log:
+def _log_of(recording: Recording, experiment: Experiment, judged: BoolArray) -> Log:
     """The samples of a recording that its balance can use, in blocks."""
     merged, log = recording.merged, recording.merged.log
-    good = np.isfinite(log.readings).all(axis=1)
-    good &= True if quiet is None else quiet
+    good = judged & np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact" and name in log.known:
             finite = whole_rows(log.known[name])

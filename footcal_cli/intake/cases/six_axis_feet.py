@@ -26,8 +26,8 @@ from footcal_cli.intake.cases.shared import (
     rate_of,
 )
 from footcal_cli.intake.recordings import read_recordings
-from footcal_cli.intake.stances import quiet_rows
-from footcal_cli.recipe.options import DiagnoseOptions, StaticInitOptions
+from footcal_cli.intake.stances import judged_rows
+from footcal_cli.recipe.options import DiagnoseOptions
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
@@ -44,13 +44,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     kind, options = session.options.experiment, session.options
     experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS
     recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
-    asked = session.recipe.options_for(StaticInitOptions, "static_init")
     logs = [
-        _cut(
-            recording.merged.log,
-            experiment,
-            None if kind == "walk" else quiet_rows(asked, recording),
-        )
+        _cut(recording.merged.log, experiment, judged_rows(session.recipe, kind, recording))
         for recording in recordings
     ]
     channels = logs[0].channels
@@ -81,10 +76,9 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     return CaseRead(case, [], of_cells(experiment))
 
 
-def _cut(log: Log, experiment: Experiment, quiet: BoolArray | None) -> Log:
+def _cut(log: Log, experiment: Experiment, judged: BoolArray) -> Log:
     """Rows where all is known, in blocks of whole gait cycles; quiet stances in pieces."""
-    good = np.isfinite(log.readings).all(axis=1)
-    good &= True if quiet is None else quiet
+    good = judged & np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact":
             good &= whole_rows(log.known[name])
