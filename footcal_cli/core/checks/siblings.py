@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding, listed
 from footcal_cli.core.readings import DEAD_SPAN
 from footcal_cli.core.signals import stretches
@@ -51,11 +51,11 @@ def check_dead_channels(
         return
     span, scatter = _span_and_scatter(good)
     if known is None:
-        strange = ~_as_lively(good, span)
-        follows = ~strange
+        lively = _liveliness(good, span)
+        strange, follows, rustles = lively <= 0.5, lively > 0.5, lively == 0.0
     else:
         felt = _followed(good, known[np.isfinite(readings).all(axis=1)])
-        strange, follows = felt < STRANGE, felt > FOLLOWS
+        strange, follows, rustles = felt < STRANGE, felt > FOLLOWS, np.zeros(len(names), bool)
     for i, name in enumerate(names):
         mates = np.delete(np.arange(len(names)), i)
         usual, usual_scatter = (float(np.median(x[mates])) for x in (span, scatter))
@@ -67,6 +67,8 @@ def check_dead_channels(
             coarse = within and span[i] > max(LEAST_OF_COARSE * usual, LEAST_CODES)
             clear = known is not None or _noise(good, i) * usual < span[i] / DEAD_SPAN
             dead = not (coarse and clear and follows[i])
+        elif rustles[i] and span[i] < UNLOADED * usual:
+            dead = True  # noise alone; a load within it would be a twentieth of the others'
         elif known is None:  # a finer converter than its siblings'; what is louder may hide a load
             dead = dead and scatter[i] < LOUD * usual and _noise(good, i) > LOOSE_SCATTER
         if dead:
@@ -96,8 +98,8 @@ def _noise(good: FloatArray, i: int) -> float:
     return float(steps[i] / np.median(np.delete(steps, i))) if steps[i] > 1.0 else 0.0
 
 
-def _as_lively(good: FloatArray, span: FloatArray) -> BoolArray:
-    """Whether each channel goes up and down as often as the others do, shape (c,).
+def _liveliness(good: FloatArray, span: FloatArray) -> FloatArray:
+    """How much each channel goes up and down for what the others do, (c,); 0 of noise alone.
 
     Noise comes no further in many samples than in one, drift in few only their share of it.
     """
@@ -110,7 +112,7 @@ def _as_lively(good: FloatArray, span: FloatArray) -> BoolArray:
         ways = np.where(moves, far / np.where(span > 0, span, 1.0), 0.0)
     others = [float(np.median(np.delete(ways, i))) for i in range(ways.size)]
     return np.array(
-        [way > 0.5 * other or other == 0.0 for way, other in zip(ways, others, strict=True)]
+        [way / other if other > 0.0 else np.inf for way, other in zip(ways, others, strict=True)]
     )
 
 

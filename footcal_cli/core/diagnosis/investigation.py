@@ -30,6 +30,7 @@ from footcal_cli.core.inference.case import Case, Rows, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.whitening import has_single_rows
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ def investigate(
         return _without_name(subject, baseline, Verdict.BAD_DATA, 0.0)
     large = is_large(case, rows, problem)
     last: Investigation | None = None
-    for way, verdict, share in _searched(subject, baseline, rules, seed):
+    for way, verdict, share in _searched(subject, baseline, rules, seed, large=large):
         if verdict not in NAMING:
             none = Verdict.UNKNOWN if verdict is Verdict.NONE and large else verdict
             last = last or _without_name(subject, way, none, share)
@@ -207,11 +208,12 @@ def _without_name(subject: Subject, path: Path, verdict: Verdict, share: float) 
 
 
 def _searched(
-    subject: Subject, path: Path, rules: Rules, seed: int
+    subject: Subject, path: Path, rules: Rules, seed: int, *, large: bool
 ) -> Iterator[tuple[Path, Verdict, float]]:
     """Answers: each a path from the baseline, its verdict and the share that it explains.
 
-    The next one counts where the one before does not hold without single blocks.
+    The next one counts where the one before does not hold without single blocks. What explains a
+    large residual is never nothing, however little it leaves.
     """
     once = jumped(subject, path, seed)
     if once:
@@ -230,21 +232,28 @@ def _searched(
         return
     alone = len(path.causes) == 1 and path.share >= rules.later_share
     if verdict is Verdict.UNKNOWN and alone and not _matters(subject, path, beside=True):
-        # what one name leaves of its form does not matter: it need not explain all of it
-        least = replace(strict, share_partly=rules.share_set, share_form=rules.share_set)
-        if judged(subject, sized, least, seed)[0] in (Verdict.NAMED, Verdict.NAMED_UNKNOWN):
-            yield path, Verdict.NAMED, share
+        # what one name leaves of its form does not matter: it need not explain all of it, and of
+        # what it leaves nothing where that is next to nothing
+        part = rules.share_set if path.share < rules.share_form else 0.0
+        least = replace(strict, share_partly=part, share_form=part)
+        if path.share >= rules.share_form:
+            least = replace(least, share_set=0.0)
+        kind = judged(subject, sized, least, seed)[0]
+        if kind in NAMING:
+            yield path, kind if kind is Verdict.AMBIGUOUS else Verdict.NAMED, share
             return
     weak = subject.problem.pieces and any(c.p > rules.alpha_small for c in path.causes)
     unsure = verdict is Verdict.UNKNOWN or (weak and verdict is Verdict.AMBIGUOUS)
-    if unsure and not _matters(subject, path, beside=False):
+    if unsure and not large and not _matters(subject, path, beside=False):
         yield path, Verdict.NONE, share
         return
     if verdict is not Verdict.UNKNOWN:
         yield path, verdict, share
         return
     # what a set of rivals leaves may be a second cause, before it is their form
-    another = _another_way(subject, path, strict, seed)
+    another = _another_way(subject, path, strict, seed) or _without_first(
+        subject, path, strict, seed
+    )
     if another:
         yield another
     yield (path, *judged(subject, path, rules, seed))
@@ -300,6 +309,22 @@ def _another_way(
                 return both, verdict, share
             most = max(most, both.removed)
     return None
+
+
+def _without_first(
+    subject: Subject, path: Path, rules: Rules, seed: int
+) -> tuple[Path, Verdict, float] | None:
+    """A path of one cause that begins without the first of several; None if it leaves more.
+
+    Among few stances the noise is estimated with the error in it: a small cause of many rows may
+    seem to explain more than the large one of a noisy output, which then is only the second.
+    """
+    if len(path.causes) < 2 or not has_single_rows(subject.problem):
+        return None
+    first = path.causes[0].signature.effect
+    alone = grown(subject, beginning(subject.problem, rules, seed, {first}), rules, seed)
+    verdict, share = judged(subject, _at_its_size(subject, alone), rules, seed)
+    return (alone, verdict, share) if verdict in CLEAR else None
 
 
 def _found(subject: Subject, path: Path) -> tuple[Found, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -81,9 +81,11 @@ class Path:
         return repeating(self.current, self.rounds[-1].features)
 
 
-def beginning(problem: Problem, rules: Rules, seed: int) -> Path:
-    """The baseline, diagnosed; no cause yet."""
-    return Path((), None, (), (diagnose(problem, replace(rules, most_effects=1), seed),), problem)
+def beginning(problem: Problem, rules: Rules, seed: int, without: Collection[str] = ()) -> Path:
+    """The baseline, diagnosed; no cause yet, and some effects not tried as one."""
+    one = replace(rules, most_effects=1)
+    first = diagnose(problem, one, seed, failed=frozenset(without))
+    return Path((), None, (), (first,), problem)
 
 
 def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:

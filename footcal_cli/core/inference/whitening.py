@@ -169,11 +169,11 @@ def has_single_rows(problem: Problem) -> bool:
 
 
 def _has_few_rows(problem: Problem) -> bool:
-    """Whether no block has rows enough for a calibration of its own, and they are no series."""
+    """Whether most blocks have too few rows for a calibration of their own, and are no series."""
     if problem.rate_hz > 0:
         return False
-    most = int(np.bincount(problem.block).max(initial=0))
-    return bool(most <= 2 * (problem.calibration.shape[1] + len(problem.outputs)))
+    usual = float(np.median(np.bincount(problem.block))) if problem.block.size else 0.0
+    return usual <= 2 * (problem.calibration.shape[1] + len(problem.outputs))
 
 
 def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
