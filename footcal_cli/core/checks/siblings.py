@@ -18,6 +18,8 @@ UNLOADED = 0.1
 LOOSE_SCATTER, LOOSE_SHARE = 10.0, 0.1
 """A channel that scatters from sample to sample by so many times its siblings' scatter, and by so
 much of its own range, has a loose contact; a load never makes it jump at every sample."""
+RUSTLING = 0.04
+"""Span of noise alone, as a share of the siblings' span, that leaves no room for a load."""
 COARSE = 2.0**16
 """Codes of a converter of 16 bits; those of 24 bits beside it move by 2⁸ times as many."""
 LEAST_OF_COARSE, LEAST_CODES = 0.1 * 2.0**-8, 8.0
@@ -67,8 +69,8 @@ def check_dead_channels(
             coarse = within and span[i] > max(LEAST_OF_COARSE * usual, LEAST_CODES)
             clear = known is not None or _noise(good, i) * usual < span[i] / DEAD_SPAN
             dead = not (coarse and clear and follows[i])
-        elif rustles[i] and span[i] < UNLOADED * usual:
-            dead = True  # noise alone; a load within it would be a twentieth of the others'
+        elif rustles[i] and span[i] < RUSTLING * usual:
+            dead = True  # a load within the noise would be next to nothing of the others'
         elif known is None:  # a finer converter than its siblings'; what is louder may hide a load
             dead = dead and scatter[i] < LOUD * usual and _noise(good, i) > LOOSE_SCATTER
         if dead:

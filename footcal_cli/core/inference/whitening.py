@@ -173,7 +173,7 @@ def _has_few_rows(problem: Problem) -> bool:
     if problem.rate_hz > 0:
         return False
     usual = float(np.median(np.bincount(problem.block))) if problem.block.size else 0.0
-    return usual <= 2 * (problem.calibration.shape[1] + len(problem.outputs))
+    return bool(usual <= 2 * (problem.calibration.shape[1] + len(problem.outputs)))
 
 
 def _whitener_of_single_rows(problem: Problem, outputs: int) -> RowWhitener:
