@@ -45,7 +45,17 @@ def test_every_shipped_recipe_is_listed() -> None:
     assert shipped == set(ABLE)
 
 
-@pytest.mark.parametrize("name", [name for name, kinds in ABLE.items() if kinds])
+OF_ANOTHER = "nao_walk"
+"""The biped of `templates/nao_like_biped`, which every run takes; `make studies` takes both."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name == OF_ANOTHER else [])
+        for name, kinds in ABLE.items() if kinds
+    ],
+)  # fmt: skip
 def test_a_recipe_runs_from_simulation_to_diagnosis(name: str, tmp_path: Path) -> None:
     recipe = tmp_path / "recipe.toml"
     text = (RECIPES / f"{name}.toml").read_text("utf-8")

@@ -10,7 +10,6 @@ from footcal_cli.core.inference.lines import (
     Series,
     Traces,
     pieces_of,
-    strongest_line,
     swing_series,
 )
 from footcal_cli.core.parameters import FloatArray
@@ -38,7 +37,7 @@ def swings(forces: FloatArray) -> Series:
 @pytest.mark.parametrize("family", ["white", "ar98", "quantised"])
 def test_noise_has_no_line(family: str) -> None:
     rng = np.random.default_rng(3)
-    p = np.array([strongest_line(swings(noise(rng, family))).p for _ in range(60)])
+    p = np.array([swings(noise(rng, family)).strongest.p for _ in range(60)])
     assert p.min() > 2e-3  # one in 500 is what the test is used at
 
 
@@ -47,7 +46,7 @@ def test_a_hum_of_half_the_noise_is_a_line_at_its_frequency(family: str) -> None
     rng = np.random.default_rng(4)
     time_s = np.arange(int(RATE_HZ * SECONDS)) / RATE_HZ
     hum = 0.5 * np.sqrt(2.0) * np.sin(2 * np.pi * HUM_HZ * time_s)
-    line = strongest_line(swings(noise(rng, family) + hum[:, None]))
+    line = swings(noise(rng, family) + hum[:, None]).strongest
     assert line.p < 1e-6
     # lifted once a second, a foot samples the hum with side lines a hertz apart
     assert abs((line.frequency_hz - HUM_HZ + 0.5) % 1.0 - 0.5) < 0.1
@@ -58,13 +57,13 @@ def test_what_repeats_with_every_swing_is_no_line() -> None:
     rng = np.random.default_rng(5)
     time_s = np.arange(int(RATE_HZ * SECONDS)) / RATE_HZ
     shaken = np.sin(2 * np.pi * 5.0 * time_s) * np.exp(-8.0 * (time_s % 0.5))
-    assert strongest_line(swings(noise(rng, "white") + 0.5 * shaken[:, None])).p > 2e-3
+    assert swings(noise(rng, "white") + 0.5 * shaken[:, None]).strongest.p > 2e-3
 
 
 def test_a_channel_that_shows_one_code_has_no_line() -> None:
     forces = np.zeros((int(RATE_HZ * SECONDS), CHANNELS))
     forces[1500:, :] = 0.5
-    assert strongest_line(swings(forces)).p == 1.0
+    assert swings(forces).strongest.p == 1.0
 
 
 def test_no_piece_goes_on_across_a_pause() -> None:

@@ -123,6 +123,33 @@ class BenchRecord:
         since = [self.time_s[p] - self.time_s[p].min() - k * apart for k, p in enumerate(parts)]
         return np.concatenate(since)
 
+    @cached_property
+    def changed_at(self) -> IntArray | None:
+        """Rows before which a load was changed while nothing was recorded, shape (c,), if any."""
+        return None if self.changed_s is None else np.searchsorted(self.time_s, self.changed_s)
+
+    @cached_property
+    def as_log(self) -> Log:
+        """Stamps and temperatures of the loads that an effect acts on, which are put in later.
+
+        A load that was changed while nothing was recorded stood there until then (`changed_s`).
+        Its memory goes on into a session that comes at the pace of the readings, and starts afresh
+        in others, and in all where no clock says how long they lie apart.
+        """
+        warmth, block = self.temperature_degc, self.session
+        time_s, at = self.time_s if self.timed else self.apart_s, self.changed_at
+        if at is not None and self.changed_s is not None:
+            time_s, block = np.insert(time_s, at, self.changed_s), np.insert(block, at, block[at])
+            warmth = None if warmth is None else np.insert(warmth, at, warmth[at])
+        return Log(
+            experiment="weights",
+            channels=(self.channel,),
+            time_s=time_s,
+            readings=np.zeros((time_s.size, 1)),
+            known={} if warmth is None else {"temperature_degc": warmth},
+            block=block,
+        )
+
     def loadings(self) -> IntArray:
         """Number of the load that was put on last, of each row with a known load, shape (m,)."""
         session, load = self.session[self.known], self.load_n[self.known]

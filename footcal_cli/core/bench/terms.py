@@ -27,7 +27,6 @@ from footcal_cli.core.effects.memory_effects import (
     HYSTERESIS,
     WARM_UP,
 )
-from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
 Distortion = Callable[[FloatArray, BenchRecord, FloatArray], FloatArray]
@@ -118,12 +117,12 @@ def effect_term(
     shapes = effect.parameters[1:]
 
     def phi(load_n: FloatArray, record: BenchRecord, values: FloatArray) -> FloatArray:
-        theta = {effect.size.name: np.ones(1)}
+        at, theta = record.changed_at, {effect.size.name: np.ones(1)}
         theta |= {shape.name: np.array([v]) for shape, v in zip(shapes, values, strict=True)}
-        applied, _ = effect.apply(_log(load_n, record), theta, None)
+        stood = load_n if at is None else np.insert(load_n, at, load_n[at - 1])
+        applied, _ = effect.apply(record.as_log.with_readings(stood[:, None]), theta, None)
         shown = applied.readings[:, 0]
-        if record.changed_s is not None:
-            at = np.searchsorted(record.time_s, record.changed_s)
+        if at is not None:
             shown = np.delete(shown, at + np.arange(at.size))
         return np.asarray(shown - load_n)
 
@@ -137,31 +136,6 @@ def effect_term(
         grids=grids or tuple(shape.grid for shape in shapes),
         free=free,
         effect=effect.name,
-    )
-
-
-def _log(load_n: FloatArray, record: BenchRecord) -> Log:
-    """The loads as the truth that an effect acts on.
-
-    A load that was changed while nothing was recorded stood there until then
-    (`BenchRecord.changed_s`).
-    Its memory goes on into a session that comes at the pace of the readings, and starts afresh in
-    others, and in all where no clock says how long they lie apart.
-    """
-    warmth, block = record.temperature_degc, record.session
-    time_s = record.time_s if record.timed else record.apart_s
-    if record.changed_s is not None:
-        at = np.searchsorted(time_s, record.changed_s)
-        load_n, block = np.insert(load_n, at, load_n[at - 1]), np.insert(block, at, block[at])
-        time_s = np.insert(time_s, at, record.changed_s)
-        warmth = None if warmth is None else np.insert(warmth, at, warmth[at])
-    return Log(
-        experiment="weights",
-        channels=(record.channel,),
-        time_s=time_s,
-        readings=load_n[:, None],
-        known={} if warmth is None else {"temperature_degc": warmth},
-        block=block,
     )
 
 

@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.telegraph import levels_p
 from footcal_cli.core.inference.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.linear import least_squares, scaled_inverse
-from footcal_cli.core.inference.lines import Line, Traces, pieces_of, strongest_line
+from footcal_cli.core.inference.lines import Line, Traces, pieces_of
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -266,7 +266,7 @@ def _line_test(problem: Problem, fitted: FloatArray, unexplained: Callable[[], F
     calibration: a drifting gain would look like a line at the frequency of the load.
     """
     if problem.raw is not None:
-        return strongest_line(problem.raw)
+        return problem.raw.strongest
     if problem.rate_hz <= 0:
         return Line()
     traces = problem.traces or _of_outputs(problem)
@@ -276,7 +276,7 @@ def _line_test(problem: Problem, fitted: FloatArray, unexplained: Callable[[], F
     own[np.abs(own) < _ROUNDING * np.sqrt(np.mean(own**2, axis=0))] = 0.0
     for rows in pieces_of(traces, problem.rate_hz):
         left[rows] = _rid_of(left[rows], own[rows])
-    return strongest_line(traces.series(left, problem.rate_hz))
+    return traces.series(left, problem.rate_hz).strongest
 
 
 def _spell_test(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage, stats
@@ -57,6 +58,25 @@ class Series:
     rate_hz: float
     most_slots: int = ROW_SLOTS
 
+    @cached_property
+    def strongest(self) -> Line:
+        """The strongest line of any channel: found once, whatever is fitted meanwhile."""
+        found = []
+        tests = 0
+        for channel, name in enumerate(self.names):
+            mine = np.flatnonzero(self.channel == channel)
+            slot, piece = _slots(self.time_s[mine], self.rate_hz, self.most_slots)
+            white, kept = _whitened(self.values[mine], slot, piece)
+            spectra = list(_spectra(_without_bursts(white), slot[kept], piece[kept]))
+            if spectra:
+                chance, ratio, at = _highest(spectra, _usual_stretch(slot, piece))
+                found.append((chance, -ratio, name, at * self.rate_hz))
+                tests += max(s.slots for s in spectra)
+        if not found:
+            return Line(rate_hz=self.rate_hz)
+        least, _, name, frequency = min(found)
+        return Line(min(_CAUTION * tests * least, 1.0), name, frequency, self.rate_hz)
+
 
 @dataclass(frozen=True)
 class Traces:
@@ -96,25 +116,6 @@ class Line:
     name: str = ""
     frequency_hz: float = 0.0
     rate_hz: float = 0.0
-
-
-def strongest_line(series: Series) -> Line:
-    """The strongest line of any channel."""
-    found = []
-    tests = 0
-    for channel, name in enumerate(series.names):
-        mine = np.flatnonzero(series.channel == channel)
-        slot, piece = _slots(series.time_s[mine], series.rate_hz, series.most_slots)
-        white, kept = _whitened(series.values[mine], slot, piece)
-        spectra = list(_spectra(_without_bursts(white), slot[kept], piece[kept]))
-        if spectra:
-            chance, ratio, at = _highest(spectra, _usual_stretch(slot, piece))
-            found.append((chance, -ratio, name, at * series.rate_hz))
-            tests += max(s.slots for s in spectra)
-    if not found:
-        return Line(rate_hz=series.rate_hz)
-    least, _, name, frequency = min(found)
-    return Line(min(_CAUTION * tests * least, 1.0), name, frequency, series.rate_hz)
 
 
 def _highest(spectra: Sequence[_Spectrum], stretch: float) -> tuple[float, float, float]:

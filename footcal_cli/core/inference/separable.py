@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
@@ -158,15 +159,19 @@ class Separable:
         )
         return np.asarray(refined.x, dtype=np.float64)
 
+    @cached_property
+    def _prior(self) -> FloatArray:
+        """Lower and upper bound, middle and sd of each shape, shape (4, k)."""
+        rows = [(p.lower, p.upper, p.value, p.sd) for p in self.shapes]
+        return np.array(rows, dtype=np.float64).T
+
     def _cost(self, log_shapes: FloatArray, correlation_s: float) -> float:
         apart = np.diff(log_shapes[list(self.ascending)]) > self.apart
-        lower, upper = (
-            np.array([getattr(p, end) for p in self.shapes]) for end in ("lower", "upper")
-        )
+        lower, upper, middle, sd = self._prior
         if not apart.all() or np.any((log_shapes < lower) | (log_shapes > upper)):
             return _FORBIDDEN
         left = self.left(log_shapes, correlation_s)
-        away = (log_shapes - self.shapes.values) / np.array([p.sd for p in self.shapes])
+        away = (log_shapes - middle) / sd
         prior = 0.5 * float(np.sum(away**2))
         return 0.5 * left.size * float(np.log(left @ left + 1e-300)) + prior
 
