@@ -34,10 +34,11 @@ def _comma(lines: list[str]) -> list[str]:
 
 
 def dasylab_header(to: Path, rng: Rng) -> Made:
-    """DASYLab: worksheet, date, block length, delta and number of channels above; `;` at the end."""
+    """DASYLab: worksheet, date, block length and delta above the rows, `;` at their end."""
     one, t, ref, read = _press(rng)
-    head = ["DASYLab - V 12.00.00", "Worksheet name: KRAFT", "Recording date     : 12.03.2024, 10:02:11",
-            "Block length       : 1", "Delta              : 0.05 sec.", "Number of channels : 2", "",
+    head = ["DASYLab - V 12.00.00", "Worksheet name: KRAFT",
+            "Recording date     : 12.03.2024, 10:02:11", "Block length       : 1",
+            "Delta              : 0.05 sec.", "Number of channels : 2", "",
             "Measurement time[hh:mm:ss];Kraft_Ref [N];Bruecke [mV/V];"]  # fmt: skip
     body = [f"10:{2 + int(s // 60):02d}:{s % 60:06.3f};{f:.3f};{c:.6f};".replace(".", ",")
             for s, f, c in zip(t + 11, ref, read, strict=True)]  # fmt: skip
@@ -45,7 +46,7 @@ def dasylab_header(to: Path, rng: Rng) -> Made:
 
 
 def catman_channel_comments(to: Path, rng: Rng) -> Made:
-    """catman ASCII: a block of `key: value` for each channel, rate in hertz, then names, then units."""
+    """catman ASCII: a block of `KEY= value` for each channel, then names, then units."""
     one, _, ref, read = _press(rng)
     head = [
         "HBM_CATMAN_DATAFILE_40",
@@ -143,16 +144,18 @@ def nines_where_nothing(to: Path, rng: Rng) -> Made:
     cells[4] = cells[17] = "9999.99"
     cells[11] = "-"
     lines = ["Time,Load (kg),Bridge (mV/V)",
-             *(f"{i},{k:g},{c}" for i, (k, c) in enumerate(zip(kg, cells, strict=True)))]  # fmt: skip
+             *(f"{i},{k:g},{c}"
+               for i, (k, c) in enumerate(zip(kg, cells, strict=True)))]  # fmt: skip
     return Made([write(to / "logger.csv", lines)], truth_of(one, 400))
 
 
 def raw_and_tared(to: Path, rng: Rng) -> Made:
-    """A sheet with the raw counts, the counts less the empty ones, and grams of somebody's factor."""
+    """Raw counts, counts less the empty ones, and grams by somebody's factor."""
     one, kg, read = _stairs(rng)
     net = read - read[:6].mean()
     lines = ["load_g,raw,raw_minus_tare,calc_g",
-             *rows(1e3 * kg, read, net.round(), (net * one.scale / G * 1e3 * 1.03).round(1))]  # fmt: skip
+             *rows(1e3 * kg, read, net.round(),
+                   (net * one.scale / G * 1e3 * 1.03).round(1))]  # fmt: skip
     return Made([write(to / "sheet.csv", lines)], truth_of(one, 50))
 
 
@@ -161,13 +164,14 @@ def arduino_sentence_celsius(to: Path, rng: Rng) -> Made:
     one, kg, read = _stairs(rng, 8)
     warm = 22.0 + 0.002 * rng.normal(0, 1, kg.size).cumsum()
     lines = ["Setup done. Tare OK"]
-    lines += [f"10:02:{i % 60:02d}.{137 + i} -> Load: {1e3 * k:.0f} g | Raw: {c:.0f} | Temp: {w:.2f} °C"
+    lines += [f"10:02:{i % 60:02d}.{137 + i} -> Load: {1e3 * k:.0f} g | Raw: {c:.0f} | "
+              f"Temp: {w:.2f} °C"
               for i, (k, c, w) in enumerate(zip(kg, read, warm, strict=True))]  # fmt: skip
     return Made([write(to / "putty.log", lines)], truth_of(one, 50))
 
 
 def opensignals_text(to: Path, rng: Rng) -> Made:
-    """biosignalsplux: one line of JSON in the head, a counter, a digital line, one force channel."""
+    """biosignalsplux: a line of JSON in the head, a counter, a digital line, one channel."""
     load = settling([0, 20, 50, 100, 0], 4, 100)
     one = Cell(0.0122, -402.0, 3.0)
     head = {"00:07:80:46:E0:5A": {"sensor": ["LOADCELL"], "device": "biosignalsplux", "column":
@@ -189,18 +193,18 @@ def keysight_second_volt(to: Path, rng: Rng) -> Made:
 
 def grams_called_kilograms(to: Path, rng: Rng) -> Made:
     """A column called kg whose numbers are grams: the remark above lists what was put on."""
-    one, kg, read = _stairs(rng)
+    _, kg, read = _stairs(rng)
     lines = ["# weights put on: 0, 500 g, 1 kg, 2 kg, 5 kg", "load_kg,counts",
              *rows(1e3 * kg, read)]  # fmt: skip
-    return Made([write(to / "bench.csv", lines)], says="g")
+    return Made([write(to / "bench.csv", lines)], says="unit of the load")
 
 
 def newtons_called_kilonewtons(to: Path, rng: Rng) -> Made:
     """A press called kN in the header, newtons in its numbers, as the remark above says."""
-    one, t, ref, read = _press(rng)
+    _, t, ref, read = _press(rng)
     lines = ["# range of the press: 1000 N", "t [s],Force [kN],Bridge [mV/V]",
              *rows(t, ref, read, form="%.6f")]  # fmt: skip
-    return Made([write(to / "press.csv", lines)], says="kN")
+    return Made([write(to / "press.csv", lines)], says="unit of the load")
 
 
 def rinstrum_lines(to: Path, rng: Rng) -> Made:
@@ -263,8 +267,8 @@ def two_time_columns_and_noon(to: Path, rng: Rng) -> Made:
 def swept_in_one_line_each(to: Path, rng: Rng) -> Made:
     """JSON lines: a load as `{"value": 500, "unit": "g"}`, the channel nested below it."""
     one, kg, read = _stairs(rng)
-    lines = [json.dumps({"ts": f"2024-03-12T10:00:{i:02d}Z", "load": {"value": 1e3 * k, "unit": "g"},
-                         "adc": {"ch0": {"raw": int(c)}}})
+    lines = [json.dumps({"ts": f"2024-03-12T10:00:{i:02d}Z",
+                         "load": {"value": 1e3 * k, "unit": "g"}, "adc": {"ch0": {"raw": int(c)}}})
              for i, (k, c) in enumerate(zip(kg, read, strict=True))]  # fmt: skip
     return Made([write(to / "run.jsonl", lines)], truth_of(one, 50))
 

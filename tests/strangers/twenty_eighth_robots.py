@@ -95,8 +95,8 @@ def russian_wrist(to: Path, rng: Rng) -> Made:
 def chinese_wrist(to: Path, rng: Rng) -> Made:
     """Chinese: forces, moments, roll, pitch and yaw, GBK."""
     made, wrench, rot = wrist(rng)
-    names = ["时间(s)", *(f"力{a}(N)" for a in "XYZ"), *(f"力矩{a}(N·m)" for a in "XYZ"), "横滚角(°)",
-             "俯仰角(°)", "偏航角(°)"]  # fmt: skip
+    names = ["时间(s)", *(f"力{a}(N)" for a in "XYZ"), *(f"力矩{a}(N·m)" for a in "XYZ"),
+             "横滚角(°)", "俯仰角(°)", "偏航角(°)"]  # fmt: skip
     body = rows(np.arange(300) / 50, *wrench.T, *rot.as_euler("xyz", degrees=True).T, form="%.5f")
     return Made([write(to / "力传感器.csv", [",".join(names), *body], "gbk")], tool_truth(made))
 
@@ -148,8 +148,8 @@ def onrobot_with_pose_mm(to: Path, rng: Rng) -> Made:
     """An OnRobot log: `F3D`, `T3D` (the lengths), status, pose in mm and rotation vector."""
     made, wrench, rot = wrist(rng)
     n = np.arange(300)
-    names = "Sample,Status,Fx[N],Fy[N],Fz[N],Tx[Nm],Ty[Nm],Tz[Nm],F3D[N],T3D[Nm],X[mm],Y[mm],Z[mm]," \
-            "RX[rad],RY[rad],RZ[rad]"  # fmt: skip
+    names = "Sample,Status,Fx[N],Fy[N],Fz[N],Tx[Nm],Ty[Nm],Tz[Nm],F3D[N],T3D[Nm]," \
+            "X[mm],Y[mm],Z[mm],RX[rad],RY[rad],RZ[rad]"  # fmt: skip
     body = rows(n, 0 * n, *wrench.T, np.linalg.norm(wrench[:, :3], axis=1),
                 np.linalg.norm(wrench[:, 3:], axis=1), *np.repeat(rng.uniform(-400, 400, (3, 12)),
                 25, axis=1), *rot.as_rotvec().T, form="%.5f")  # fmt: skip
@@ -167,7 +167,7 @@ def gravity_of_the_driver(to: Path, rng: Rng) -> Made:
 
 
 def drake_q(to: Path, rng: Rng) -> Made:
-    """Drake's logger: body's `q[0] … q[6]` (quaternion first) and `wrench[0] … wrench[5]`, torque first."""
+    """Drake: `body_q[0] … [6]`, the quaternion first, and a wrench with the torque first."""
     made, wrench, rot = wrist(rng)
     quat = np.roll(rot.as_quat(), 1, axis=1)
     names = ["time", *(f"body_q[{i}]" for i in range(7)), *(f"wrench_tau_f[{i}]" for i in range(6))]
@@ -186,7 +186,11 @@ def legs_in_a_list_of_objects(to: Path, rng: Rng) -> Made:
         base = dict(zip("xyzw", q.round(6).tolist(), strict=True))
         lines.append(json.dumps({"t": round(float(stamp), 3), "base": {"orientation": base},
                                  "legs": legs}))  # fmt: skip
-    return Made([write(to / "hexapod.jsonl", lines)], truth)
+    called = ("fl", "ml", "rl", "rr", "mr", "fr")
+    return Made(
+        [write(to / "hexapod.jsonl", lines)],
+        _renamed(truth, dict(zip(wrenches, called, strict=True))),
+    )
 
 
 def hips_in_german(to: Path, rng: Rng) -> Made:
@@ -196,7 +200,8 @@ def hips_in_german(to: Path, rng: Rng) -> Made:
     names = ["Zeit_s", "Rollen_Grad", "Nicken_Grad", "Gieren_Grad"]
     names += [f"Hüfte_{leg}_{axis}" for leg in legs for axis in _FT]
     data = rows(t, *body.as_euler("xyz", degrees=True).T,
-                *np.hstack([wrenches[n] for n in legs.values()]).T, sep=";", form="%.5f")  # fmt: skip
+                *np.hstack([wrenches[n] for n in legs.values()]).T, sep=";",
+                form="%.5f")  # fmt: skip
     return Made([write(to / "aufgehaengt.csv", [";".join(names), *_comma(data)], "latin-1")],
                 _renamed(truth, {v: k for k, v in legs.items()}))  # fmt: skip
 
@@ -220,8 +225,8 @@ def kinvent_two_plates(to: Path, rng: Rng) -> Made:
             "Time (s);Left (kg);Right (kg)"]  # fmt: skip
     body = rows(np.arange(fz.shape[1]) / 50, *fz, sep=";", form="%.3f")
     cells = {f"{n}.scale": g for n, g in zip(("left", "right"), gain, strict=True)}
-    return Made([write(to / "kinvent.csv", [*head, *body])], Truth(cells, dict.fromkeys(cells, 0.1)),
-                says="where")  # fmt: skip
+    return Made([write(to / "kinvent.csv", [*head, *body])],
+                Truth(cells, dict.fromkeys(cells, 0.1)), says="where")  # fmt: skip
 
 
 def cortex_forces(to: Path, rng: Rng) -> Made:
@@ -234,10 +239,14 @@ def cortex_forces(to: Path, rng: Rng) -> Made:
             "\tFX2\tFY2\tFZ2\tX2\tY2\tZ2\tMZ2"]  # fmt: skip
     data = [np.arange(1.0, n + 1)]
     for k in (0, 1):
-        data += [rng.normal(0, 1, n), rng.normal(0, 1, n), fz[k], rng.normal(0, 4, n),
-                 rng.normal(0, 4, n), np.zeros(n), rng.normal(0, 100, n)]  # fmt: skip
+        data += [*rng.normal(0, 1, (2, n)), fz[k], *rng.normal(0, 4, (2, n)), np.zeros(n),
+                 *rng.normal(0, 100, (1, n))]  # fmt: skip
+
+    def fill(recipe: str) -> str:
+        return filled(mass_kg=f"{mass}")(recipe).replace('unit = "?"', 'unit = "mm"')
+
     return Made([write(to / "stand1.forces", [*head, *rows(*data, sep="\t", form="%.4f")])],
-                _plates(gain, ("1", "2")), says="weigh", fill=filled(mass_kg=f"{mass}"))  # fmt: skip
+                _plates(gain, ("plate_1", "plate_2")), says="weigh", fill=fill)  # fmt: skip
 
 
 def medilogic_sohlen(to: Path, rng: Rng) -> Made:
@@ -254,7 +263,7 @@ def medilogic_sohlen(to: Path, rng: Rng) -> Made:
 
 
 def noraxon_mass_in_head(to: Path, rng: Rng) -> Made:
-    """Noraxon: metadata in quoted pairs, the subject's weight among them, activity and marker columns."""
+    """Noraxon: quoted pairs above, the subject's weight among them; activity and marker."""
     mass, gain = 66.0, (1.05, 0.96)
     fz = on_two_plates(mass, gain, rng)
     n = fz.shape[1]
@@ -287,14 +296,14 @@ def _four_feet(rng: Rng, mass: float, gain: Array) -> Array:
 
 
 def lcm_of_a_dog(to: Path, rng: Rng) -> Made:
-    """An LCM log as CSV: `utime`, `contact_force[0] … [3]`, `rpy[0] … [2]`; no weights, no places."""
+    """An LCM log as CSV: `utime`, `contact_force[0] … [3]`, `rpy[0] … [2]`; no places."""
     read = _four_feet(rng, 9.2, np.array([1.03, 0.98, 1.05, 0.94]))
     n = read.shape[1]
     names = ["utime", *(f"contact_force[{i}]" for i in range(4)), *(f"rpy[{i}]" for i in range(3))]
     body = rows(1_710_237_600_000_000 + 20_000.0 * np.arange(n), *read,
                 *rng.normal(0, 0.003, (3, n)), form="%.6f")  # fmt: skip
-    return Made([write(to / "lcm.csv", ["% log of robot_state, mini cheetah, 9.2 kg", ",".join(names),
-                                        *body])], says="sit")  # fmt: skip
+    return Made([write(to / "lcm.csv", ["% log of robot_state, mini cheetah, 9.2 kg",
+                                        ",".join(names), *body])], says="sit")  # fmt: skip
 
 
 def plotjuggler_two_stamps(to: Path, rng: Rng) -> Made:
@@ -304,8 +313,8 @@ def plotjuggler_two_stamps(to: Path, rng: Rng) -> Made:
                                              for a in "xyz"),
              *(f"/tf/base/tool0/rotation/{a}" for a in "xyzw")]  # fmt: skip
     lines = [",".join(names)]
-    for i, (w, q) in enumerate(zip(rows(*wrench.T, form="%.6f"), rows(*rot.as_quat().T, form="%.6f"),
-                                   strict=True)):  # fmt: skip
+    body = zip(rows(*wrench.T, form="%.6f"), rows(*rot.as_quat().T, form="%.6f"), strict=True)
+    for i, (w, q) in enumerate(body):  # fmt: skip
         t = 1710237600 + 0.02 * i
         lines += [f"{t:.4f},{t - 0.003:.4f},{w},,,,", f"{t + 0.004:.4f},,,,,,,,{q}"]
     return Made([write(to / "pj.csv", lines)], tool_truth(made))
