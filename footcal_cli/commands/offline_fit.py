@@ -133,16 +133,18 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
 def _findings(
     session: Session[OfflineFitOptions], logs: WeightsLogs, studies: Sequence[ChannelStudy]
 ) -> list[Finding]:
-    from footcal_cli.core.plausibility import check_scale
+    from footcal_cli.core.plausibility import check_determined, check_scale
     from footcal_cli.session.inspection import weights_findings
     from footcal_cli.sheets.weights import find_extrapolation, moving_findings
 
     robot, intended = session.recipe.robot, session.options.intended_load_n
     for study in studies:  # those whose loads stand in the recipe, not in the log
         known = any(f.where == study.channel and f.severity == "alarm" for f in session.noted)
-        scale = study.estimates[f"{study.channel}.scale"]
+        name = f"{study.channel}.scale"
+        scale = study.estimates[name]
         nameplate = robot.nameplate.scale_n_per_count
         session.note(moving_findings(study))
+        session.note(check_determined(study.channel, scale, study.estimates.sd_of(name)))
         session.note([] if known else check_scale(study.channel, scale, nameplate))
     found = weights_findings(logs.tables, robot, intended) if logs.tables else []
     return [*found, *find_extrapolation([study.affine for study in studies], intended)]

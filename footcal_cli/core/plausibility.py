@@ -25,6 +25,8 @@ DEAD_SHARE = 0.01
 """A cell under a walking robot that moves less than this share of its siblings carries nothing."""
 TURNED_SHARES = 0.3
 """Known loads turn a cell's share over by all of it; crosstalk and misplaced cells do not."""
+OPEN_SD = 3.0
+"""A scale within so many of its standard deviations of 0 has no certain sign."""
 WALKING_SPAN_N = 2.0
 """Siblings that move less do not tell a dead cell from one that is not loaded."""
 TURNED_SHARE = 0.1
@@ -58,6 +60,27 @@ def check_scale(channel: str, scale: float, nameplate: float | None) -> list[Fin
             f"the nameplate: {cause}",
             "correct the unit of the load column in [columns], or scale_n_per_count in "
             "[robot.nameplate]",
+        )
+    ]  # fmt: skip
+
+
+def check_determined(channel: str, scale: float, sd: float) -> list[Finding]:
+    """Find a scale that its own readings leave open: 0 lies within three standard deviations.
+
+    Parameters
+    ----------
+    scale, sd
+        N/count; an sd of NaN says nothing.
+    """
+    if not abs(scale) < OPEN_SD * sd:
+        return []
+    return [
+        Finding(
+            "scale_undetermined", "alarm", channel,
+            f"the readings do not determine the scale: {scale:.3g} ± {sd:.2g} N/count, not even "
+            "its sign",
+            "look at the readings next to the loads: a value that stands for none (9999), rows "
+            "that are mixed up, or a cell that does not carry the weight",
         )
     ]  # fmt: skip
 

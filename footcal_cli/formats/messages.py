@@ -29,6 +29,9 @@ _SUFFIX: Mapping[tuple[str, str], str] = {
 _NOT_NUMBERS = {"header", "layout", "child_frame_id", "structure_needs_at_least_one_member"}
 _EXACT_IN_DOUBLE = 2**53
 _BY_NAME = ("position", "velocity", "effort")
+_CALLED = ("name", "leg", "foot", "side", "cell", "channel", "sensor", "id")
+"""What an object in a list says to be called."""
+_MOST_PARTS = 12
 _ROWS = (3, 4)
 """Rows of a rotation, and of a pose."""
 
@@ -84,6 +87,9 @@ def _walk(
             _walk(value, f"{full}.", unit, values, left_out)
         elif isinstance(value, (bool, int, float, str, np.number)):
             values[full + end] = value
+        elif _are_parts(value):
+            for label, part in _labelled(value):
+                _walk(part, f"{full}.{label}.", unit, values, left_out)
         elif isinstance(value, (Sequence, np.ndarray)):
             value = _row_by_row(value)
             if len(value) == 0 or not isinstance(value[0], (bool, int, float, np.number)):
@@ -92,6 +98,23 @@ def _walk(
             values |= {f"{full}_{i}{end}": number for i, number in enumerate(value)}
         elif value is not None:
             left_out.append(f"{full} ({type(value).__name__})")
+
+
+def _are_parts(value: object) -> bool:
+    """Whether a value is a short list of mappings: the legs, feet or cells of one sample."""
+    if not isinstance(value, list) or not 0 < len(value) <= _MOST_PARTS:
+        return False
+    return all(isinstance(part, Mapping) for part in value)
+
+
+def _labelled(parts: Sequence[Mapping[str, Any]]) -> list[tuple[str, Mapping[str, Any]]]:
+    """Parts with what they are called, or with their number where nothing calls each otherwise."""
+    for key in _CALLED:
+        labels = [str(part.get(key, "")) for part in parts]
+        if all(labels) and len({*labels}) == len(labels):
+            bare = [{k: v for k, v in part.items() if k != key} for part in parts]
+            return list(zip(labels, bare, strict=True))
+    return [(str(i), part) for i, part in enumerate(parts)]
 
 
 def _row_by_row(

@@ -22,7 +22,7 @@ UNTRUSTED = frozenset(
         "exchanged_channels", "duplicate_channel", "transducer_turned", "axis_turned",
         "negative_leg_weight", "forces_unexplained", "com_far", "loads_off_calibration",
         "leg_weight_off_recipe", "total_force_off_weight", "scale_out_of_reason",
-        "stuck_channel", "leg_elsewhere",
+        "stuck_channel", "leg_elsewhere", "scale_undetermined",
     }
 )  # fmt: skip
 """Findings with which no calibration of these data means anything."""

@@ -96,10 +96,12 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     """A log under a layout; a row for each foot or cell becomes a row per sample."""
     names = [name for name in column_names(path, text.layout) if name]
     raw = raw_columns(path, names, (), text.layout)
-    rows_of = topic(raw)
+    rows_of, halting = topic(raw), set[str]()
     if rows_of:
         stamps = next(at for c in raw.values() if (at := stamps_of(c)) is not None)
-        raw = at_rows(raw, ~raw[rows_of].silent, stamps, np.inf)
+        own_rows = ~raw[rows_of].silent
+        halting = {name for name, column in raw.items() if column.silent[~own_rows].any()}
+        raw = at_rows(raw, own_rows, stamps, np.inf)
     units = dict(zip(names, text.units, strict=False))
     raw = {name: _ungrouped(column, text.layout.thousands) for name, column in raw.items()}
     empty = {name for name, column in raw.items() if column.silent.all()}
@@ -108,6 +110,10 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         _column(name, raw[name], units.get(name, ""), own)
         for name, own in zip(names, called, strict=True)
     ]
+    columns = [
+        c.as_quantity("other", "likely", "the clock of one topic alone")
+        if c.quantity == "time" and c.column in halting else c for c in columns
+    ]  # fmt: skip
     if text.layout.line:
         columns = [part_of_the_words(column) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
@@ -150,7 +156,7 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     if name.quantity == "unknown" and unit in SHARES:
         name = replace(name, quantity="other")
     if raw.kind == "text":
-        return text_column(column, name, unit, raw)
+        return _where_read(text_column(column, name, unit, raw))
     values = np.asarray(raw.values, dtype=np.float64)
     if name.quantity == "label" and (words := numbers_as_labels(values)):
         return replace(words, column=column, name=name)
@@ -160,12 +166,22 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     if name.quantity in ("label", "orientation", "placement") and raw.values.dtype.kind == "f":
         name = replace(name, quantity="reading")
     sure: Sure = "guess" if name.quantity == "unknown" else "likely"
-    missing = no_reading(values) if name.quantity in MEASURED else ()
-    values = np.where(np.isin(values, [float(m) for m in missing]), np.nan, values)
-    made = ColumnGuess(column, name, unit, sure, said, values, missing=missing)
+    made = _where_read(ColumnGuess(column, name, unit, sure, said, values))
+    values = numbers_of(made)
     if name.quantity in ("reading", "unknown") and (at := lost_sign(values)):
         return replace(made, values=signed(values, at), wraps_at=at)
     return unwrapped_counter(made) if name.quantity in ("time", "unknown", "sequence") else made
+
+
+def _where_read(column: ColumnGuess) -> ColumnGuess:
+    """A column without the numbers that stand for no reading in it."""
+    if column.values is None or column.quantity not in MEASURED:
+        return column
+    nothing = no_reading(column.values)
+    if not nothing:
+        return column
+    values = np.where(np.isin(column.values, [float(m) for m in nothing]), np.nan, column.values)
+    return replace(column, values=values, missing=(*column.missing, *nothing))
 
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:

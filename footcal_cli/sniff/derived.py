@@ -20,13 +20,33 @@ _CENTRE = re.compile(r"[\W_]*(?:mean|avg|average|median)[\W_]*", re.IGNORECASE)
 _AGAIN = re.compile(r"\.\d+$")
 """Behind a name that stands there a second time."""
 _DIFFERENT, _LEAST, _MEASURED = 4, 3, 10
+_TARED = 1e-4
+"""How much of its range a reading less a constant moves by, as both are rounded."""
 _PRINTED = 1e-5
 """How exactly a multiple agrees, of the largest number: as far as both were printed."""
 
 
 def without_derived(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """A table's columns, those worked out of others, and positions, as no reading."""
-    return _without_extremes(_without_multiples(_without_places(columns)))
+    return _without_tared(_without_extremes(_without_multiples(_without_places(columns))))
+
+
+def _without_tared(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Readings less a constant, next to these themselves: two cells have noise of their own."""
+    kept: list[ColumnGuess] = []
+    again: list[ColumnGuess] = []
+    for column in columns:
+        if column.quantity not in ("reading", "unknown") or column.values is None:
+            continue
+        own = numbers_of(column)
+        apart = [own - numbers_of(c) for c in kept if numbers_of(c).shape == own.shape]
+        moves = np.unique(own[np.isfinite(own)]).size >= _MEASURED
+        rounded = _TARED * float(np.nanmax(own) - np.nanmin(own)) if moves else -1.0
+        same = any(np.isfinite(d).any() and np.nanmax(d) - np.nanmin(d) <= rounded for d in apart)
+        (again if same else kept).append(column)
+    why = "another column less a constant, as a tare is taken off"
+    known = {id(c) for c in again}
+    return [c.as_quantity("other", "likely", why) if id(c) in known else c for c in columns]
 
 
 def _without_extremes(columns: list[ColumnGuess]) -> list[ColumnGuess]:

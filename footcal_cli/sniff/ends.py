@@ -6,7 +6,7 @@ Room: sniff; asked by text.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,8 @@ from footcal_cli.sniff.silent import SUMMARY
 from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.tables.drawn import is_rule
 
+_NOTES = ("*", "†", "‡", "¹")
+"""Signs that a footnote begins with."""
 _LEAST_SUMMED = 3
 """Rows whose sum in every column is no row by chance."""
 _FAR = 2.5
@@ -25,9 +27,9 @@ _ROUNDED = 1e-6
 """How far a printed sum may be from the sum of printed numbers, as a share of it."""
 
 
-def once_named(lines: list[str], body: Body) -> list[str]:
+def once_named(lines: Sequence[str], body: Body) -> list[str]:
     """Lines without those that are the header again."""
-    top = body.begins_at(lines)
+    top = body.begins_at([*lines])
     header = lines[top - 1].strip() if top else ""
     return [*lines[:top], *(x for x in lines[top:] if not header or x.strip() != header)]
 
@@ -60,7 +62,9 @@ def end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
         fields = fields_of(line, body.separator)
         word = fields[0] if fields else ""
         ends = not any(rows[at : at + 2]) if at + 1 < len(rows) else not rows[at]
-        said = re.search(r"[^\W\d]", word) and not (is_number(word, ".") or is_moment(word))
+        noted = word[:1] in _NOTES and bool(fields[1:] or word[1:])
+        said = noted or re.search(r"[^\W\d]", word)
+        said = said and not (is_number(word, ".") or is_moment(word))
         if not rows[at] and ends and said:
             return word, fields
         if not rows[at] and not ends:

@@ -192,7 +192,9 @@ def carried_between(remarks: list[str]) -> str:
         return moved
     sign = r"^[\s#%;/!'*>-]*"
     unit = "|".join(sorted(_UNITS, key=len, reverse=True))
-    weighed = re.compile(rf"{sign}(?:[^\d\n]*?[\s:=])?(?P<load>\d+(?:[.,]\d+)?\s?(?:{unit}))\s*$")
+    weighed = re.compile(
+        rf"{sign}(?:[^\d\n]*?[\s:=])?(?P<load>\d+(?:[.,]\d+)?\s?(?:{unit}))[\s#%*=>-]*$"
+    )
     named = re.compile(
         rf"{sign}[^\d\n]*?(?i:{_HEAVY.pattern})[^\d\n]*?(?P<load>\d+(?:[.,]\d+)?)\s*$"
     )

@@ -80,9 +80,12 @@ _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
 _ANGLES = {
     word: axis
     for axis, spellings in {
-        "roll": "roll bank rollwinkel wankwinkel rollen wanken roulis alabeo rollio",
-        "pitch": "pitch elevation nickwinkel nicken tangage cabeceo beccheggio",
-        "yaw": "yaw heading gierwinkel gieren lacet guiñada imbardata",
+        "roll": "roll bank rollwinkel wankwinkel rollen wanken roulis alabeo rollio "
+        "крен 横滚角 横滚 ロール角 ロール",
+        "pitch": "pitch elevation nickwinkel nicken tangage cabeceo beccheggio "
+        "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
+        "yaw": "yaw heading gierwinkel gieren lacet guiñada imbardata "
+        "рыскание 偏航角 偏航 ヨー角 ヨー",
     }.items()
     for word in spellings.split()
 }
@@ -100,7 +103,8 @@ _TURNED = {"theta", "euler", "angle", "rpy", "rotvec"}
 _MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
-TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple"}
+TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple", "момент", "力矩", "扭矩",
+          "モーメント", "トルク"}  # fmt: skip
 NOISE = {
     "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
     "counts", "count", "adc", "reading", "cell", "lc", "loadcell", "load", "sole", "ft", "msg",
@@ -111,7 +115,7 @@ NOISE = {
 _PLACES = {
     "fl": "fl", "fr": "fr", "rl": "rl", "rr": "rr", "bl": "rl", "br": "rr", "hl": "hl", "hr": "hr",
     "ml": "ml", "mr": "mr", "lf": "fl", "rf": "fr", "lh": "hl", "rh": "hr", "lb": "rl", "rb": "rr",
-    "lm": "ml", "rm": "mr",
+    "lm": "ml", "rm": "mr", "lr": "rl",
 }  # fmt: skip
 _ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
          "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f"}  # fmt: skip
@@ -119,7 +123,8 @@ _ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *_END
 _SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
           "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
           "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",
-          "re": "right", "ftl": "left", "ftr": "right", "footl": "left", "footr": "right",
+          "re": "right", "lt": "left", "rt": "right", "ftl": "left",
+          "ftr": "right", "footl": "left", "footr": "right",
           "lleg": "left", "rleg": "right", "ll": "left"}  # fmt: skip
 
 
@@ -278,7 +283,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         kind = "f" if axis[1] == "f" else "t"
         return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}
     if kinds and last in ("x", "y", "z"):
-        kind = "f" if kinds & FORCE and not kinds & {"torque", "moment", "tau"} else "t"
+        kind = "f" if kinds & FORCE and not any(len(w) > 1 for w in kinds & TORQUE) else "t"
         return "force", kind + last, {last, *kinds}
     if (
         re.fullmatch(r"q[xyzw]|q_[xyzw]", stem.lower().split(".")[-1].split("_q")[0])
@@ -359,7 +364,7 @@ def _by_words(
                      "sequence", "other"):  # fmt: skip
         said = [w for w in compact if _meant(w) == quantity]
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
-            if quantity == "load" and unit in ("count", "V", "mV"):
+            if quantity == "load" and unit in ("count", "V", "mV", "mV/V"):
                 return "reading", "", set(said)
             if quantity in ("session", "repeat") and unit in LOADS:
                 return "load", "", set(said)  # Set (kg)

@@ -15,6 +15,8 @@ from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, Plan
 from footcal_cli.sniff.units import LENGTHS, split_unit
 
 _OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
+_NUMBERED = re.compile(r"[xyXY]\d{1,2}")
+"""A place that has a plate's number alone: X1 next to FZ1."""
 _TO_M = {"mm": 1e-3, "cm": 1e-2}
 _ROOM = 0.25
 """How far around the CoP the cells stand that stand in for a plate, as a share of its range."""
@@ -129,7 +131,7 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
             forces.setdefault(key, []).append(column)
         elif column.quantity == "cop" and column.name.axis in "xy":
             places.setdefault((key, column.name.axis), []).append(column)
-        elif last in ("x", "y") and column.unit in LENGTHS:
+        elif last in ("x", "y") and (column.unit in LENGTHS or _NUMBERED.fullmatch(column.column)):
             places.setdefault((key, last), []).append(column)
     feet = {}
     for key, own in forces.items():

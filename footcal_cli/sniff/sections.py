@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from footcal_cli.errors import DataError
+from footcal_cli.sniff.ends import once_named
 from footcal_cli.sniff.names import common_start, is_label, words_of
 from footcal_cli.sniff.rows import Body
 
@@ -68,6 +69,8 @@ def refuse_frames(path: Path, lines: Sequence[str], body: Body) -> None:
     DataError
         It is one.
     """
+    if once_named(lines, body) != list(lines):
+        return  # its columns are named above each block
     numbered, rows = [], 0
     sizes: list[int] = []
     for line in lines:

@@ -21,6 +21,7 @@ from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files, posed_files
 from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
+from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.sniff.twins import by_loaded_cell, without_twins
 from footcal_cli.tables.units import TIMES
@@ -32,7 +33,9 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
     parts, others = _planned(files)
-    return [replace(part, plan=without_silent_rows(part.plan)) for part in parts], others
+    return [
+        replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts
+    ], others
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:

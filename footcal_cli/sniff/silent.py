@@ -15,7 +15,7 @@ from footcal_cli.core.parameters import FloatArray
 
 MEASURED = ("reading", "force", "unknown")
 """Quantities of columns in which a logger may say that there was nothing."""
-_NINES = re.compile(r"-?9{3,}")
+_NINES = re.compile(r"-?9{3,}(?:\.9+)?")
 _APART = 3.0
 """A number that means nothing lies so many spans of all others away from them."""
 _SHARE = 0.3

@@ -158,6 +158,8 @@ def guess_text(path: Path) -> TextGuess:
     guess = _laid_out(lines, found, encoding)
     carried = carried_between([x for x in lines if not found.is_row(x)]) or sections(lines, found)
     layout = _without_carried(replace(guess.layout, carried=carried), lines, found)
+    if carried and all(re.search(carried, x) for x in lines if _a_comment(x, layout)):
+        layout = replace(layout, comment="")  # those lines are read; others may be the header again
     between = [x for x in lines if not (carried and re.search(carried, x))]
     until, last = end(once_named(between, found), found, guess.layout.comment)
     refuse_said_below(path, lines, found.is_row, carried)

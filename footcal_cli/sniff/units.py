@@ -12,7 +12,8 @@ _ALSO = {
     "gramm": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s", "sekunden": "s",
     "millis": "ms", "msec": "ms", "milliseconds": "ms", "usec": "us", "micros": "us", "nsec": "ns",
     "nanoseconds": "ns", "volts": "V", "volt": "V", "vdc": "V", "mvdc": "mV",
-    "degrees": "deg", "degree": "deg", "°": "deg", "%": "%", "%rh": "%", "db": "dB",
+    "degrees": "deg", "degree": "deg", "°": "deg", "%": "%", "%rh": "%", "%fs": "%",
+    "%f.s.": "%", "%ro": "%", "%bw": "%", "db": "dB",
     "dbm": "dB", "ppm": "ppm", "radians": "rad", "celsius": "degC",
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
     "lsb": "count", "raw": "count", "adc": "count", "cnt": "count", "cts": "count",
@@ -76,13 +77,14 @@ _TORQUE = (
     rf"|(?i:(?P<far>in|ft)(?:ch)?{_TIMES}(?P<ounce>lb|oz)f?s?)"
 )
 """A force by a length: ``N.mm``, ``kgfcm``, ``lbf-in``, ``ft-lbs``."""
+_CYRILLIC = str.maketrans("НнКкМм", "NnKkMm")
 _PRODUCT = re.compile(rf"[_\s/.,-]+(?P<unit>{_TORQUE})$")
 """A unit of torque at the end of a name: ``Tx_lbf-in``, ``Mz N.mm``, ``ty_kgfcm``."""
 
 
 def _torque(text: str) -> str | None:
     """A unit of torque as footcal spells it, None where the text is none."""
-    found = re.fullmatch(_TORQUE, text)
+    found = re.fullmatch(_TORQUE, text.translate(_CYRILLIC))
     if found is None:
         return None
     if found["metric"]:
@@ -132,7 +134,7 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     if len(parts) > 1:
         last = parts[-1]
         spelled = known_unit(last) if last in SPELLINGS else None
-        unit = spelled or _SUFFIXES.get(last.lower())
+        unit = spelled or _SUFFIXES.get(last.lower()) or _torque(last)
         # left_m and force_g are a unit, leg_L is none; x_N as much as x_n
         if unit is not None and last.lower() not in ("l", "r"):
             return name[: name.rindex(last)].rstrip("_ /.-,"), unit, 1.0
@@ -152,4 +154,7 @@ def looks_like_units(fields: list[str]) -> bool:
     bracketed = [found for field in said if (found := _BRACKETED.match(field))]
     if not said or any(b["stem"].strip() and known_unit(b["unit"]) for b in bracketed):
         return False  # "Load (kg)" is a name
+    named = [split_unit(field)[0] for field in said if not known_unit(field)]
+    if any(len(stem) > _AMBIGUOUS and stem not in said for stem in named):
+        return False  # and so is "load_kg"
     return sum(known_unit(field) is not None for field in said) * 2 >= len(said)

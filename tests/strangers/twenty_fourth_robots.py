@@ -227,8 +227,7 @@ def treadmill_three_columns(to: Path, rng: Rng) -> Made:
     lines = ["Subject\tS01", f"Mass\t{mass} kg", "", "time [s]\tleft Fz [N]\tleft Mx [Nm]\t"
              "left My [Nm]\tright Fz [N]\tright Mx [Nm]\tright My [Nm]",
              *rows(*data, sep="\t", form="%.4f")]  # fmt: skip
-    return Made([write(to / "belt.txt", lines)], _plate_truth(gain, ("left", "right")),
-                says="weigh", fill=filled(mass_kg=f"{mass}"))  # fmt: skip
+    return Made([write(to / "belt.txt", lines)], _plate_truth(gain, ("left", "right")))
 
 
 def c3d_two_plates(to: Path, rng: Rng) -> Made:

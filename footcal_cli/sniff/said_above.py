@@ -1,0 +1,133 @@
+"""What lines above a table say of the robot's mass and of the loads, and where its numbers differ.
+
+Room: sniff; asked by several.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.plausibility import TOTAL_RANGE
+from footcal_cli.sniff.guesses import numbers_of
+from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, Plan
+from footcal_cli.sniff.tokens import IN_WORDS
+from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, known_unit
+from footcal_cli.tables.units import conversion
+
+_UNIT = r"[A-Za-zкгН]{1,4}"
+_MASS = re.compile(
+    r"(?i:\b(?:(?:body|körper|kropps)[ _-]?)?"
+    r"(?:mass|weight|masse|gewicht|poids|masa|massa|peso|vikt|масса|вес)\b)"
+    rf"[^\d\n;,:=\[(]{{0,25}}[\[(]?\s*(?P<before>{_UNIT})?\s*[\])]?[\s\"';,:=]*"
+    rf"(?P<number>\d+(?:[.,]\d+)?)[\s\"';,\[(]*(?P<after>{_UNIT})?(?![\w.])"
+)
+"""``Körpergewicht: 71,5 kg``, ``"Weight [kg]","66.0"``, ``robot: pupper, mass: 2.1 kg``."""
+_OF_A_PART = re.compile(
+    r"(?i)\b(?:tool|payload|leg|foot|feet|gripper|hand|cell|sensor|calibration|known|test|applied|"
+    r"plate|per|each|insole|sole|shank|thigh|tara|tare|empty)\b"
+)
+"""Words with which a mass is not that of all that stands there."""
+_LISTED = re.compile(
+    r"(?i)\b(?:loads|weights|masses|gewichte|lasten|charges|cargas|pesi|massen|poids|vikter)\b"
+)
+_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+_CAPACITY = re.compile(
+    r"(?i)\b(?:capacity|range|rated|full.?scale|nennlast|messbereich|höchstlast|nennkraft|portée|"
+    r"capacité|capacidad|portata|fondo.?scala|mätområde)\b"
+)
+_FAR = 30.0
+"""No cell is loaded with so many times its capacity, and no list of loads is so far off."""
+
+
+def as_said_above(plan: Plan) -> Plan:
+    """The plan with the mass that stands above its table; asked for where numbers contradict it."""
+    return _with_load(_with_mass(plan))
+
+
+def _masses(above: Sequence[str]) -> dict[float, str]:
+    """Masses in kg of all that stands there -> the line that says each."""
+    found = {}
+    for line in above:
+        for said in () if _OF_A_PART.search(line) else _MASS.finditer(line):
+            unit = known_unit(said["before"] or "") or known_unit(said["after"] or "")
+            if unit in LOADS and (number := float(said["number"].replace(",", "."))) > 0:
+                newton = float(conversion(unit, "N", GRAVITY_MPS2)(np.array([number]))[0])
+                found[round(newton / GRAVITY_MPS2, 6)] = line.strip()
+    return found
+
+
+def _with_mass(plan: Plan) -> Plan:
+    said = _masses(plan.file.text.above)
+    if MASS not in plan.blanks or len(said) != 1:
+        return plan
+    mass, line = next(iter(said.items()))
+    total = _total_n(plan)
+    blanks = tuple(blank for blank in plan.blanks if blank is not MASS)
+    if total is None or TOTAL_RANGE[0] < total / (mass * GRAVITY_MPS2) < TOTAL_RANGE[1]:
+        own = f"mass_kg = {mass:g}    # likely: '{line}' stands above the table"
+        return replace(plan, robot=(own, *plan.robot), blanks=blanks)
+    why = (
+        f"the forces add up to {total:.3g} N, which is no mass of {mass:g} kg ('{line}'): correct "
+        "the unit of the forces in [columns] (N, kN, kgf …), or the mass"
+    )
+    return replace(plan, blanks=(replace(MASS, why=why), *blanks))
+
+
+def _total_n(plan: Plan) -> float | None:
+    """What all vertical forces add up to, in the middle of the log; None where some are counts."""
+    forces = []
+    for name, entry in plan.entries.items():
+        if not name.endswith(("_fz_n", "_counts")):
+            continue
+        if entry.column is None or entry.column.values is None or entry.unit not in FORCES:
+            return None
+        change = conversion(entry.unit, "N", GRAVITY_MPS2)
+        forces.append(change(numbers_of(entry.column)) * (entry.factor or 1.0))
+    if not forces or len({f.shape for f in forces}) > 1:
+        return None
+    return float(abs(np.nanmedian(np.sum(forces, axis=0))))
+
+
+def _with_load(plan: Plan) -> Plan:
+    """The plan, the unit of its load asked for where a line above the table contradicts it."""
+    entry = plan.entries.get("load_n")
+    if entry is None or entry.column is None or entry.column.values is None:
+        return plan
+    if entry.unit not in LOADS:
+        return plan
+    change = conversion(entry.unit, "N", GRAVITY_MPS2)
+    put = change(np.abs(numbers_of(entry.column)) * (entry.factor or 1.0))
+    for most, line, both_ways in _loads(plan.file.text.above):
+        ratio = float(np.nanmax(put)) / most
+        if ratio > _FAR or (both_ways and ratio < 1 / _FAR):
+            why = (
+                f"the unit of the load is in doubt: '{entry.column.column}' goes up to "
+                f"{np.nanmax(np.abs(numbers_of(entry.column))):g} {entry.unit}, but '{line}' "
+                "stands above the table"
+            )
+            asked = replace(entry, unit=NOT_SAID, sure="guess", why="contradicted above the table")
+            lines = ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',)
+            return replace(
+                plan, entries={**plan.entries, "load_n": asked},
+                blanks=(*plan.blanks, Blank(lines, why)),
+            )  # fmt: skip
+    return plan
+
+
+def _loads(above: Sequence[str]) -> Iterator[tuple[float, str, bool]]:
+    """The largest load in N that a line says, the line, and whether loads must come near it."""
+    for line in above:
+        listed = bool(_LISTED.search(line)) and len(_NUMBER.findall(line)) > 1
+        if not (listed or _CAPACITY.search(line)):
+            continue
+        sizes = [
+            float(found[1].replace(",", "."))
+            * conversion(known_unit(found[2]) or found[2], "N", GRAVITY_MPS2).slope
+            for found in IN_WORDS.finditer(line)
+        ]
+        if max(sizes, default=0.0) > 0:
+            yield max(sizes), line.strip(), listed
