@@ -3,11 +3,11 @@
 A leg's 36 slopes (`leg_map`) ask for more poses than most robots record. One slope is one number:
 a score test (Rao 1948) of each, beside everything that the fit leaves free and its priors,
 
-    γ̂ = xᵀe / I,   I = xᵀx − xᵀJ (JᵀJ + P)⁻¹ Jᵀx,   F = γ̂² I / ((C − γ̂² I) / (n − 1)),
+    γ̂ = xᵀe / I,   I = xᵀx − xᵀJ (JᵀJ + P)⁻¹ Jᵀx,   F = γ̂² I / (e'ᵀe' / (n − 1)),
 
-e the whitened balance, C its square and that of what the priors were pulled by, J its slopes by
-the fit's unknowns, P their precision beforehand, and x what an axis makes of the reading closest to
-the measured one that balances, of which e is independent.
+e the whitened balance, e' what is left of it when γ̂ and the unknowns that follow it have moved, J
+its slopes by the fit's unknowns, P their precision beforehand, and x what an axis makes of the
+reading closest to the measured one that balances, of which e is independent.
 """
 
 from __future__ import annotations
@@ -28,9 +28,6 @@ from footcal_cli.core.pose.slow_noise import SlowNoise
 SHOWN_OF = tuple((i, j) for i in range(6) for j in range(6) if i // 3 == j // 3)
 """Forces show in forces and torques in torques; across, it is a place of the hip."""
 
-_MOST = 0.99
-"""Share of the misfit that a linear step may foretell: the cost is bent."""
-
 
 @dataclass(frozen=True)
 class ReadingError:
@@ -45,7 +42,7 @@ class ReadingError:
     size, sd
         ``w_shown = w + size · w_of``, no unit.
     share
-        Of the misfit of poses and priors that it removes.
+        Of the residual's square that it removes.
     p
         Chance of so much in any of the slopes without a fault; 1 where nothing is left to judge by.
     """
@@ -105,11 +102,13 @@ def likeliest_reading_error(
     information = np.where(seen, information, 1.0)
     size = np.where(seen, columns @ error.ravel() / information, 0.0)
     gain = size**2 * information
-    best, total = int(np.argmax(gain)), 2.0 * state.cost
+    best, left = int(np.argmax(gain)), error.ravel()
+    total = float(left @ left)
     if not total > 0.0:
         return None
-    share = min(float(gain[best]) / total, _MOST)
-    left = total * (1.0 - share) / (fit.left - 1)
-    p = len(tried) * float(f_distribution.sf(share * total / left, 1, fit.left - 1))
-    sd = float(np.sqrt(left / information[best]))
+    left = left - size[best] * (columns[best] - across[best] @ inverse @ free)
+    scale = max(float(left @ left), np.finfo(float).eps * total) / (fit.left - 1)
+    p = len(tried) * float(f_distribution.sf(gain[best] / scale, 1, fit.left - 1))
+    share = max(1.0 - float(left @ left) / total, 0.0)
+    sd = float(np.sqrt(scale / information[best]))
     return ReadingError(*tried[best], float(size[best]), sd, share, min(p, 1.0))

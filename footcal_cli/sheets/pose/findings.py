@@ -53,7 +53,7 @@ def _reading_words(reading: ReadingError) -> str:
         words = f"{shown} reads {size} % too {'much' if reading.size > 0 else 'little'}"
     else:
         words = f"{shown} shows {with_sd(100 * reading.size, 100 * reading.sd)} % of {of}"
-    return f"{words}, or what looks like it: {100 * reading.share:.0f} % of the misfit"
+    return f"{words}, or what looks like it: {100 * reading.share:.0f} % of the residual's square"
 
 
 def findings(
