@@ -178,7 +178,7 @@ def test_legs_of_any_name_and_number_stand_in_turn_across_the_body(
     one = HEXAPOD.legs["fl"]
     robot = replace(
         HEXAPOD,
-        legs={f"leg {k}": replace(one, position_m=tuple(hip)) for k, hip in enumerate(hips)},
+        legs={f"leg {k}": replace(one, position_m=(x, y, z)) for k, (x, y, z) in enumerate(hips)},
     )
     offsets = chain_of([link(TABLE["offset"], robot.channels)])
     log = pose_log(robot, PosePlan(poses=0, tripods=8), offsets, offset_values(robot), seed=1).truth
