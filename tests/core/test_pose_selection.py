@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from footcal_cli.core.pose.model import Structure
-from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.selection import bic_paper, compare_structures
+from footcal_cli.core.pose.problem import PoseOptions, feature_noise
+from footcal_cli.core.pose.selection import bic_paper, compare_structures, in_noise
 from tests.core.pose_cases import HIGH, case
 from tests.core.six_axis_data import HIP_POS_M, Robot, draw_robot
 
@@ -68,3 +70,18 @@ def test_full_explains_its_own_noise_and_single_does_not() -> None:
     assert found[Structure.FULL].cv_chi2 == pytest.approx(6.0, rel=0.15)
     assert found[Structure.SINGLE].cv_chi2 > 100.0
     assert found[Structure.FULL].bic < found[Structure.HIP_ROTATIONS].bic
+
+
+def test_hips_that_ran_away_are_judged_like_others() -> None:
+    """A transducer turned by a right angle drives hips that may only shift beyond 10¹³ m."""
+    one = case(3, poses=20, hung=False)
+    fit = one.fit(PoseOptions(structure=Structure.TRANSLATIONS))
+    noise = feature_noise(one.noise_sd, 0.0)
+    for away_m in (0.0, 1e13, 1e16):
+        shift = fit.mounting.shift_b_m + away_m
+        matrix = replace(fit, mounting=replace(fit.mounting, shift_b_m=shift)).matrix
+        spread = (matrix * noise) @ matrix.T
+        found = in_noise(4.0 * spread, spread)  # as if every pose were off by twice its noise
+        assert 0.0 < found < 24.0 + 1e-6
+        if not away_m:
+            assert found == pytest.approx(24.0)

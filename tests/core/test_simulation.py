@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -166,6 +167,27 @@ def test_poses_balance_the_chassis_exactly_with_friction_inside() -> None:
     lifted = known["contact"] == 0.0
     loads = np.linalg.norm(force, axis=-1)
     np.testing.assert_allclose(loads[lifted], known["leg_weight_n"][lifted])
+
+
+@pytest.mark.parametrize(("legs", "sets", "on"), [(4, 4, 3), (6, 2, 3), (8, 2, 4)])
+def test_legs_of_any_name_and_number_stand_in_turn_across_the_body(
+    legs: int, sets: int, on: int
+) -> None:
+    ahead = np.linspace(0.2, -0.2, legs // 2)
+    hips = np.array([(x, y, 0.0) for y in (0.1, -0.1) for x in ahead])
+    one = HEXAPOD.legs["fl"]
+    robot = replace(
+        HEXAPOD,
+        legs={f"leg {k}": replace(one, position_m=(x, y, z)) for k, (x, y, z) in enumerate(hips)},
+    )
+    offsets = chain_of([link(TABLE["offset"], robot.channels)])
+    log = pose_log(robot, PosePlan(poses=0, tripods=8), offsets, offset_values(robot), seed=1).truth
+    standing = log.known["contact"] > 0.5
+    assert len(np.unique(standing, axis=0)) == sets
+    assert np.all(standing.sum(axis=1) == on)
+    assert np.all(standing[:, : legs // 2].sum(axis=1) >= 1)  # on both sides
+    assert np.all(standing[:, legs // 2 :].sum(axis=1) >= 1)
+    assert np.isfinite(log.readings).all()
 
 
 def test_the_planned_belief_is_kept_and_the_truth_is_off_by_the_correction() -> None:

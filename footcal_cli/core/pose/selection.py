@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.inference.held_out import folds
+from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -150,6 +151,18 @@ def _judged(
     )
 
 
+def in_noise(error: FloatArray, noise: FloatArray) -> float:
+    """Trace of ``N⁻¹ E``, also where a hip ran away so far that N is singular in floats.
+
+    Parameters
+    ----------
+    error, noise
+        Summed squares of balance errors, and the covariance of one, shape (6, 6).
+    """
+    root = inverse_root(noise)
+    return float(np.trace(root @ error @ root.T))
+
+
 def _held_out(
     whole: PoseSummary,
     parts: list[PoseSummary],
@@ -164,6 +177,6 @@ def _held_out(
         matrix = fit_pose(whole.without(part), legs, noise_sd, options).matrix
         error = matrix @ part.gram @ matrix.T
         square += np.diag(error)
-        chi2 += float(np.trace(np.linalg.solve((matrix * noise) @ matrix.T, error)))
+        chi2 += in_noise(error, (matrix * noise) @ matrix.T)
     tested = max(sum(part.poses for part in parts), 1)
     return square / tested, chi2 / tested

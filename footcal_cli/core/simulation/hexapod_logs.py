@@ -157,13 +157,28 @@ def _phases(
     phase = everything[chosen]
     standing = np.ones((plan.poses, legs), dtype=bool)
     if plan.tripods:
-        tripod = np.array([name in ("fl", "mr", "hl") for name in robot.legs])
-        on = np.where(np.arange(plan.tripods)[:, None] % 2 == 0, tripod, ~tripod)
+        sets = _standing_in_turn(robot.hip_pos_b_m)
+        on = sets[np.arange(plan.tripods) % len(sets)]
         lifted = np.pi + rng.uniform(-0.5, 0.5, (plan.tripods, legs))
         stance = rng.choice(STANCE_PHASES_RAD, (plan.tripods, legs))
         phase = np.concatenate([phase, np.where(on, stance, lifted)])
         standing = np.concatenate([standing, on])
     return phase, standing
+
+
+def _standing_in_turn(hip_b_m: FloatArray) -> BoolArray:
+    """Sets of legs that carry a robot while the others are lifted, shape (sets, legs).
+
+    Every other leg along each side, across the body; fewer than six legs are lifted one at a time.
+    """
+    legs = len(hip_b_m)
+    if legs < 6:
+        return ~np.eye(legs, dtype=bool)
+    left = hip_b_m[:, 1] >= 0
+    behind = hip_b_m[:, None, 0] < hip_b_m[None, :, 0]
+    place = np.sum(behind & (left[:, None] == left[None, :]), axis=1)
+    odd = place % 2 == np.where(left, 0, 1)
+    return np.stack([odd, ~odd])
 
 
 def feet_b_m(robot: Hexapod, phase_rad: FloatArray) -> FloatArray:
