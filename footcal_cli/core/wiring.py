@@ -138,7 +138,7 @@ def _left_out(design: FloatArray, target: FloatArray) -> FloatArray:
         others = np.vstack([*parts[:k], *parts[k + 1 :]])
         fitted = np.linalg.lstsq(others[:, :-1], others[:, -1], rcond=1e-9)[0]
         found[k] = np.sum((part[:, -1] - part[:, :-1] @ fitted) ** 2)
-    return found * size[-1] ** 2
+    return np.asarray(found * size[-1] ** 2)
 
 
 def _exchange(count: int, a: int, b: int) -> IntArray:

@@ -57,7 +57,7 @@ def unsure(arms: FloatArray, seed: int, size_m: float) -> FloatArray:
     knots = rng.normal(0.0, size_m, (int(2 * SECONDS) + 2, 2))
     at = np.arange(len(arms)) / (RATE_HZ / 2)
     off = np.stack([np.interp(at, np.arange(len(knots)), k) for k in knots.T], axis=1)
-    return arms + off[:, None]
+    return np.asarray(arms + off[:, None])
 
 
 def test_exchanged_cells_are_found_though_the_motion_is_unsure() -> None:
