@@ -63,8 +63,8 @@ def end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
         word = fields[0] if fields else ""
         ends = not any(rows[at : at + 2]) if at + 1 < len(rows) else not rows[at]
         noted = word[:1] in _NOTES and bool(fields[1:] or word[1:])
-        said = noted or re.search(r"[^\W\d]", word)
         said = noted or re.search(r"[^\W\d]", word) is not None
+        said = said and not (is_number(word, ".") or is_moment(word))
         if not rows[at] and ends and said:
             return word, fields
         if not rows[at] and not ends:
