@@ -204,7 +204,7 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
     monkeypatch.setattr(investigation, "problem_from", lambda *_: None)
     monkeypatch.setattr(investigation, "beginning", lambda *_: None)
     monkeypatch.setattr(investigation, "is_large", lambda *_: True)
-    monkeypatch.setattr(investigation, "_searched", lambda *_: iter(answers))
+    monkeypatch.setattr(investigation, "_searched", lambda *_, **__: iter(answers))
     monkeypatch.setattr(
         investigation,
         "standing",
