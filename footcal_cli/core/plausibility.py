@@ -25,8 +25,8 @@ DEAD_SHARE = 0.01
 """A cell under a walking robot that moves less than this share of its siblings carries nothing."""
 TURNED_SHARES = 0.3
 """Known loads turn a cell's share over by all of it; crosstalk and misplaced cells do not."""
-OPEN_SD = 3.0
-"""A scale within so many of its standard deviations of 0 has no certain sign."""
+OPEN_SD = 1.645
+"""One-sided 5 % of a normal: within so many standard deviations of 0 a scale has no known sign."""
 WALKING_SPAN_N = 2.0
 """Siblings that move less do not tell a dead cell from one that is not loaded."""
 TURNED_SHARE = 0.1
@@ -65,7 +65,7 @@ def check_scale(channel: str, scale: float, nameplate: float | None) -> list[Fin
 
 
 def check_determined(channel: str, scale: float, sd: float) -> list[Finding]:
-    """Find a scale that its own readings leave open: 0 lies within three standard deviations.
+    """Find a scale that its own readings leave open: its sign is not known at 95 %.
 
     Parameters
     ----------

@@ -60,8 +60,8 @@ def test_loads_that_a_line_contradicts(line: str, asked: bool, tmp_path: Path) -
 
 
 def test_a_scale_without_a_sign() -> None:
-    assert [f.code for f in check_determined("a", 0.01, 0.004)] == ["scale_undetermined"]
-    assert check_determined("a", -0.01, 0.003) == []
+    assert [f.code for f in check_determined("a", 0.01, 0.008)] == ["scale_undetermined"]
+    assert check_determined("a", -0.01, 0.004) == []
     assert check_determined("a", 0.01, float("nan")) == []
 
 
