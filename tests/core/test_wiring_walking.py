@@ -51,36 +51,6 @@ def test_exchanged_cells_are_found() -> None:
         assert set(finding.where.split(", ")) == {NAMES[a], NAMES[b]}
 
 
-def unsure(arms: FloatArray, seed: int, size_m: float) -> FloatArray:
-    """Arms about a CoP that a body stream demands by errors that last half a second."""
-    rng = np.random.default_rng([seed, 7])
-    knots = rng.normal(0.0, size_m, (int(2 * SECONDS) + 2, 2))
-    at = np.arange(len(arms)) / (RATE_HZ / 2)
-    off = np.stack([np.interp(at, np.arange(len(knots)), k) for k in knots.T], axis=1)
-    return np.asarray(arms + off[:, None])
-
-
-def test_exchanged_cells_are_found_though_the_motion_is_unsure() -> None:
-    """The balance gets better by a tenth only; one walk of ten may show too little."""
-    found = 0
-    for seed in range(10):
-        _, forces, arms = steps(seed)
-        order = [1, 0, 2, 3, 4, 5, 6, 7]
-        given = forces[:, order], NAMES, unsure(arms, seed, 0.01), forces.sum(axis=1)
-        findings = check_exchanged_walking(*given)
-        assert all(f.where == "left_fl, left_fr" for f in findings)
-        found += len(findings)
-    assert found >= 9
-
-
-def test_no_cells_are_exchanged_where_the_motion_is_unsure_and_the_com_is_off() -> None:
-    for seed in range(10):
-        _, forces, arms = steps(seed)
-        for off_m in (0.0, 0.02):
-            elsewhere = unsure(arms, seed, 0.01) + np.array([off_m, -off_m])
-            assert not check_exchanged_walking(forces, NAMES, elsewhere, forces.sum(axis=1))
-
-
 def test_a_copied_cell_is_found_with_a_gain_an_offset_and_noise_of_its_own() -> None:
     time_s, forces, _ = steps(1)
     rng = np.random.default_rng(2)
