@@ -15,7 +15,6 @@ from footcal_cli.core.pose.leg_map import LegMap, leg_map
 from footcal_cli.core.pose.model import Structure
 from footcal_cli.core.pose.mounted import Mounted
 from footcal_cli.core.pose.problem import PoseOptions
-from footcal_cli.core.pose.reading_error import ReadingError, likeliest_reading_error
 from footcal_cli.core.pose.selection import Candidate, compare_structures, cross_validated
 from footcal_cli.core.pose.slow_noise import SlowNoise, fit_pose_slowly
 from footcal_cli.core.pose.standing import OffsetFit, StandingRobot, fit_offsets
@@ -38,8 +37,6 @@ class MountingStudy:
         The fit judged on poses it was not made with.
     mapped
         What each leg's readings predict of the residual.
-    reading
-        The one gain or coupling that explains most of it.
     dropped
         The fit in which the hanging directions of the legs contradict each other; None where they
         agree, or were not asked.
@@ -52,7 +49,6 @@ class MountingStudy:
     candidates: tuple[Candidate, ...]
     held_out: Candidate
     mapped: LegMap
-    reading: ReadingError | None
     dropped: PoseFit | None
 
 
@@ -96,10 +92,7 @@ def study_mounting(
     held_out = cross_validated(data, legs, noise_sd, fit, folds)
     scaled = noise_sd * (1.0 if free.noise_known else fit.noise_factor)
     mapped = leg_map(data, fit, scaled)
-    reading = likeliest_reading_error(data, legs, noise_sd, fit, slow)
-    return MountingStudy(
-        data, legs, fit, slow, tuple(candidates), held_out, mapped, reading, dropped
-    )
+    return MountingStudy(data, legs, fit, slow, tuple(candidates), held_out, mapped, dropped)
 
 
 def _with_directions(

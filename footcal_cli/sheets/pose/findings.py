@@ -6,12 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.pose.common import CommonShift, common_shift, common_turn
 from footcal_cli.core.pose.departures import ConstantError, Departure
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
-from footcal_cli.core.pose.reading_error import ReadingError
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_log
 from footcal_cli.report import number, with_sd
@@ -19,20 +17,14 @@ from footcal_cli.sheets.pose.mounting_tables import common_sd
 
 _SUSPECT_P = 1e-4
 _SUSPECT_SHARE = 0.1
-_READING_SHARE = 0.05
-"""One slope that removes so much of what a fit leaves has moved its values by many of their sd."""
 BELIEF = {"robot.weight": "the recipe's mass"}
 """Who believed in a quantity before the poses; all others are known from hanging."""
 _MOST_DEPARTURES = 4
 """So many contradictions are reported; they have one cause, mostly."""
 
 
-def suspect_legs(
-    mapped: LegMap, legs: Sequence[str], reading: ReadingError | None = None
-) -> list[str]:
+def suspect_legs(mapped: LegMap, legs: Sequence[str]) -> list[str]:
     """Legs whose own readings predict the residual, the worst one only."""
-    if reading is not None and _off(reading):
-        return [legs[reading.leg]]
     found = [
         (share, leg)
         for leg, share, p in zip(legs, mapped.share, mapped.p, strict=True)
@@ -41,44 +33,20 @@ def suspect_legs(
     return [max(found)[1]] if found else []
 
 
-def _off(reading: ReadingError) -> bool:
-    return reading.p < _SUSPECT_P and reading.share > _READING_SHARE
-
-
-def _reading_words(reading: ReadingError) -> str:
-    """``fz reads 3.9 ± 0.4 % too much``, or ``fx shows 3.9 ± 0.4 % of fz``."""
-    shown, of = AXES[reading.shown], AXES[reading.of]
-    if shown == of:
-        size = with_sd(100 * abs(reading.size), 100 * reading.sd)
-        words = f"{shown} reads {size} % too {'much' if reading.size > 0 else 'little'}"
-    else:
-        words = f"{shown} shows {with_sd(100 * reading.size, 100 * reading.sd)} % of {of}"
-    return f"{words}, or what looks like it: {100 * reading.share:.0f} % of the residual's square"
-
-
-def findings(
-    fit: PoseFit,
-    mapped: LegMap,
-    reading: ReadingError | None = None,
-    *,
-    com_given: bool = True,
-) -> Iterator[Finding]:
+def findings(fit: PoseFit, mapped: LegMap, *, com_given: bool = True) -> Iterator[Finding]:
     """A leg that does not fit, poses that do not suffice, a turn that all mountings share.
 
     Parameters
     ----------
-    reading
-        The one gain or coupling that explains most of the residual.
     com_given
         Whether it was said where the CoM of the chassis lies.
     """
     for k, leg in enumerate(fit.geometry.legs):
-        if leg in suspect_legs(mapped, fit.geometry.legs, reading):
+        if leg in suspect_legs(mapped, fit.geometry.legs):
             yield Finding(
                 "leg_predicts_residual", "warning", f"leg {leg}",
-                _reading_words(reading) if reading is not None and _off(reading)
-                else f"its own readings predict {100 * mapped.share[k]:.0f} % of the residual of "
-                "the balance",
+                f"its own readings predict {100 * mapped.share[k]:.0f} % of the residual of the "
+                "balance",
                 "check gain, axes and channels of that transducer; run diagnose",
             )  # fmt: skip
     if fit.rank < fit.free:

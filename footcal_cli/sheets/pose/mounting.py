@@ -90,7 +90,7 @@ def outcome_of(
             prior_sheet(fit, study.legs),
         ),
         findings=(
-            *dropped, *findings(fit, study.mapped, study.reading, com_given=alike is None),
+            *dropped, *findings(fit, study.mapped, com_given=alike is None),
             *departure_findings(contradicted), *constant_findings(constant, contradicted),
         ),
         footer=footer(options.method, options.balance, options.errors_in_variables),
@@ -226,7 +226,7 @@ def verdict(
         *attitude_words(fit),
         *slow_words(study.slow),
     ]
-    suspects = suspect_legs(study.mapped, fit.geometry.legs, study.reading)
+    suspects = suspect_legs(study.mapped, fit.geometry.legs)
     if not fit.converged:
         return VerdictRecord(
             level="bad", sentence="The fit did not converge.", details=tuple(details)
