@@ -106,6 +106,17 @@ def test_a_dead_channel_is_found_among_live_ones(log: Log, bits: list[int], faul
         assert dead(counts, known) == {NAMES[i]}, seed
 
 
+def test_a_dead_cell_as_noisy_as_its_neighbours_is_found() -> None:
+    """Cells of an insole rustle by 1 N; the others carry 200 N at every step, this one nothing."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        phase = 2.0 * np.pi * np.arange(4000) / 110.0
+        steps = np.maximum(np.sin(phase), 0.0)[:, None] * rng.uniform(100.0, 300.0, 4)
+        steps[:, 2] = 0.0
+        counts = np.round(20.0 * (steps + rng.normal(0.0, 1.0, steps.shape)))
+        assert dead(counts, None) == {NAMES[2]}, seed
+
+
 def test_a_live_cell_that_carries_nothing_while_others_sway_is_not_dead() -> None:
     """A stiff plate may stand on three of its four cells; noise says nothing of the fourth."""
     for seed in range(6):
