@@ -54,10 +54,19 @@ def _masses(above: Sequence[str]) -> dict[float, str]:
     for line in above:
         for said in () if _OF_A_PART.search(line) else _MASS.finditer(line):
             unit = known_unit(said["before"] or "") or known_unit(said["after"] or "")
-            if unit in LOADS and (number := float(said["number"].replace(",", "."))) > 0:
-                newton = float(conversion(unit, "N", GRAVITY_MPS2)(np.array([number]))[0])
+            if unit in LOADS and (newton := _newton(said["number"], unit)) > 0:
                 found[round(newton / GRAVITY_MPS2, 6)] = line.strip()
     return found
+
+
+def _newton(number: str, unit: str) -> float:
+    """A written load or mass in N."""
+    return float(number.replace(",", ".")) * conversion(unit, "N", GRAVITY_MPS2).slope
+
+
+def _newton_each(unit: str, factor: float | None) -> float:
+    """What 1 in a column of a unit, and of a factor if it has one, is in N."""
+    return conversion(unit, "N", GRAVITY_MPS2).slope * (factor or 1.0)
 
 
 def _with_mass(plan: Plan) -> Plan:
@@ -85,8 +94,7 @@ def _total_n(plan: Plan) -> float | None:
             continue
         if entry.column is None or entry.column.values is None or entry.unit not in FORCES:
             return None
-        change = conversion(entry.unit, "N", GRAVITY_MPS2)
-        forces.append(change(numbers_of(entry.column)) * (entry.factor or 1.0))
+        forces.append(numbers_of(entry.column) * _newton_each(entry.unit, entry.factor))
     if not forces or len({f.shape for f in forces}) > 1:
         return None
     return float(abs(np.nanmedian(np.sum(forces, axis=0))))
@@ -99,8 +107,7 @@ def _with_load(plan: Plan) -> Plan:
         return plan
     if entry.unit not in LOADS:
         return plan
-    change = conversion(entry.unit, "N", GRAVITY_MPS2)
-    put = change(np.abs(numbers_of(entry.column)) * (entry.factor or 1.0))
+    put = np.abs(numbers_of(entry.column)) * _newton_each(entry.unit, entry.factor)
     for most, line, both_ways in _loads(plan.file.text.above):
         ratio = float(np.nanmax(put)) / most
         if ratio > _FAR or (both_ways and ratio < 1 / _FAR):
@@ -125,9 +132,7 @@ def _loads(above: Sequence[str]) -> Iterator[tuple[float, str, bool]]:
         if not (listed or _CAPACITY.search(line)):
             continue
         sizes = [
-            float(found[1].replace(",", "."))
-            * conversion(known_unit(found[2]) or found[2], "N", GRAVITY_MPS2).slope
-            for found in IN_WORDS.finditer(line)
+            _newton(found[1], known_unit(found[2]) or found[2]) for found in IN_WORDS.finditer(line)
         ]
         if max(sizes, default=0.0) > 0:
             yield max(sizes), line.strip(), listed

@@ -221,6 +221,66 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
     assert (said, len(path.causes)) == (verdict, names)
 
 
+@pytest.mark.parametrize(
+    ("causes", "single_rows", "left", "taken"),
+    [
+        (2, True, CLEAR, True),
+        (2, True, LEFT, False),
+        (1, True, CLEAR, False),
+        (2, False, CLEAR, False),
+    ],
+)
+def test_a_stand_is_searched_once_more_without_the_first_of_several_causes(
+    monkeypatch: pytest.MonkeyPatch, causes: int, single_rows: bool, left: Verdict, taken: bool
+) -> None:
+    """The first is tried no more; what then leaves something is no answer, as in a series."""
+    named = tuple(SimpleNamespace(signature=SimpleNamespace(effect=n)) for n in ("slip", "mass"))
+    begun: list[set[str]] = []
+
+    def begin(_problem: None, _rules: Rules, _seed: int, without: set[str]) -> SimpleNamespace:
+        begun.append(without)
+        return SimpleNamespace()
+
+    monkeypatch.setattr(investigation, "has_single_rows", lambda _: single_rows)
+    monkeypatch.setattr(investigation, "beginning", begin)
+    monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
+    monkeypatch.setattr(investigation, "_at_its_size", lambda _subject, path: path)
+    monkeypatch.setattr(investigation, "judged", lambda *_: (left, 0.9))
+    path, subject = SimpleNamespace(causes=named[:causes]), SimpleNamespace(problem=None)
+    found = investigation._without_first(subject, path, RULES, 0)  # type: ignore[arg-type]
+    assert (found is not None) is taken
+    assert begun == ([{"slip"}] if causes > 1 and single_rows else [])
+
+
+@pytest.mark.parametrize(
+    ("removed", "large", "verdict"),
+    [
+        (0.99, True, Verdict.AMBIGUOUS),
+        (0.99, False, Verdict.AMBIGUOUS),
+        (0.5, False, Verdict.NONE),
+        (0.5, True, Verdict.UNKNOWN),
+    ],
+)
+def test_what_leaves_next_to_nothing_is_an_answer_and_a_large_residual_is_never_none(
+    monkeypatch: pytest.MonkeyPatch, removed: float, large: bool, verdict: Verdict
+) -> None:
+    """A set of rivals of which no test but the share that is asked for stands in the way."""
+    path = SimpleNamespace(causes=(SimpleNamespace(p=0.0),), share=removed)
+
+    def judge(_subject: None, _path: None, rules: Rules, _seed: int) -> tuple[Verdict, float]:
+        return Verdict.AMBIGUOUS if rules.share_set <= 0.8 else Verdict.UNKNOWN, 0.8
+
+    for name, value in {
+        "jumped": None, "grown": path, "_at_its_size": path, "_matters": False,
+        "_another_way": None, "_without_first": None,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(investigation, name, lambda *_, value=value, **__: value)
+    monkeypatch.setattr(investigation, "judged", judge)
+    subject = SimpleNamespace(problem=SimpleNamespace(pieces=True))
+    answers = investigation._searched(subject, None, RULES, 0, large=large)  # type: ignore[arg-type]
+    assert next(answers)[1] is verdict
+
+
 @dataclass(frozen=True)
 class Nameless:
     """An answer that names nothing."""

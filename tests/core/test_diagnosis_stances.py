@@ -91,6 +91,17 @@ def test_rows_within_a_stance_are_as_noisy_as_its_pieces_are() -> None:
     assert np.sqrt(np.mean(np.square(sd))) == pytest.approx(WITHIN, rel=0.1)
 
 
+def test_one_long_stance_among_short_ones_changes_no_noise() -> None:
+    """It alone has rows enough for a calibration of its own; that of the others is as far off."""
+    sd = []
+    for seed in range(20):
+        problem = standing(seed)
+        off = problem.residual + problem.calibration @ np.full(2 * OUTPUTS, 30.0)
+        block = np.maximum(problem.block, 5) - 5  # six stances without a break are one block
+        sd.append(replace(problem, residual=off, block=block).law.whitener.sd)
+    assert np.sqrt(np.mean(np.square(sd))) == pytest.approx(WITHIN, rel=0.1)
+
+
 @pytest.mark.slow
 def test_a_bend_is_known_as_well_as_the_true_law_of_the_noise_allows() -> None:
     """Nearly: consistent with its sd, and that half as large again as the least possible.

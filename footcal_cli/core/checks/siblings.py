@@ -27,6 +27,8 @@ LEAST_OF_COARSE, LEAST_CODES = 0.1 * 2.0**-8, 8.0
 FOLLOWS, STRANGE = 0.8, 0.3
 """Shares of a channel's variance that known loads explain: of one that feels them, and of one that
 surely does not."""
+LIVELY = 0.5
+"""A live channel goes up and down at least half as much, for its span, as its siblings do."""
 BEYOND_NOISE = 1.3
 """Noise comes as far in one sample as in many; what comes so much further in many moves."""
 LOUD = 0.5
@@ -54,7 +56,8 @@ def check_dead_channels(
     span, scatter = _span_and_scatter(good)
     if known is None:
         lively = _liveliness(good, span)
-        strange, follows, rustles = lively <= 0.5, lively > 0.5, lively == 0.0
+        strange, rustles = lively <= LIVELY, lively == 0.0
+        follows = ~strange
     else:
         felt = _followed(good, known[np.isfinite(readings).all(axis=1)])
         strange, follows, rustles = felt < STRANGE, felt > FOLLOWS, np.zeros(len(names), bool)

@@ -232,12 +232,11 @@ def _searched(
         return
     alone = len(path.causes) == 1 and path.share >= rules.later_share
     if verdict is Verdict.UNKNOWN and alone and not _matters(subject, path, beside=True):
-        # what one name leaves of its form does not matter: it need not explain all of it, and of
-        # what it leaves nothing where that is next to nothing
-        part = rules.share_set if path.share < rules.share_form else 0.0
-        least = replace(strict, share_partly=part, share_form=part)
-        if path.share >= rules.share_form:
-            least = replace(least, share_set=0.0)
+        # what one name leaves of its form does not matter: it need not explain all of that, and
+        # none of it where it is next to nothing
+        little = path.share >= rules.share_form
+        part, whole = (0.0, 0.0) if little else (rules.share_set, strict.share_set)
+        least = replace(rules, share_partly=part, share_form=part, share_set=whole)
         kind = judged(subject, sized, least, seed)[0]
         if kind in NAMING:
             yield path, kind if kind is Verdict.AMBIGUOUS else Verdict.NAMED, share
@@ -314,7 +313,7 @@ def _another_way(
 def _without_first(
     subject: Subject, path: Path, rules: Rules, seed: int
 ) -> tuple[Path, Verdict, float] | None:
-    """A path of one cause that begins without the first of several; None if it leaves more.
+    """A path that begins without the first of several causes; None where it leaves something.
 
     Among few stances the noise is estimated with the error in it: a small cause of many rows may
     seem to explain more than the large one of a noisy output, which then is only the second.
@@ -322,9 +321,9 @@ def _without_first(
     if len(path.causes) < 2 or not has_single_rows(subject.problem):
         return None
     first = path.causes[0].signature.effect
-    alone = grown(subject, beginning(subject.problem, rules, seed, {first}), rules, seed)
-    verdict, share = judged(subject, _at_its_size(subject, alone), rules, seed)
-    return (alone, verdict, share) if verdict in CLEAR else None
+    other = grown(subject, beginning(subject.problem, rules, seed, {first}), rules, seed)
+    verdict, share = judged(subject, _at_its_size(subject, other), rules, seed)
+    return (other, verdict, share) if verdict in CLEAR else None
 
 
 def _found(subject: Subject, path: Path) -> tuple[Found, ...]:
