@@ -263,21 +263,17 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
         from footcal_cli.core.pose.turned import check_turned_feet
 
         return [*_carried(log), *check_turned_feet(log)]
-    if experiment == "walk":
-        findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
-        if findings:
-            return findings
-    return [*_zeros(merged, belief, experiment), *_exchanged(log, belief)]
-
-
-def _zeros(merged: Merged, belief: Belief, experiment: str) -> list[Finding]:
-    """Cells that read another force in the air at the end of a walk than at its beginning."""
     if experiment != "walk":
-        return []
-    log = merged.log
+        return _exchanged(log, belief)
+    forces = belief.forces(merged.raw)
+    wrong = check_channels_walking(log.time_s, forces, log.channels)
+    return wrong or [*_zeros(log, forces), *_exchanged(log, belief)]
+
+
+def _zeros(log: Log, forces_n: FloatArray) -> list[Finding]:
+    """Cells that read another force in the air at the end of a walk than at its beginning."""
     weight_n = float(log.known["mass_kg"][0] * log.known["gravity_mps2"][0])
-    in_air = channel_contact(log) == 0.0
-    return check_zeros(belief.forces(merged.raw), in_air, log.channels, weight_n)
+    return check_zeros(forces_n, channel_contact(log) == 0.0, log.channels, weight_n)
 
 
 def _exchanged(log: Log, belief: Belief) -> list[Finding]:
