@@ -331,7 +331,7 @@ def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
             "outlying session."
             + _not_drawn({s.parameter for s in series}),
             title=f"{kind.replace('_', ' ').capitalize()} of every session over time",
-            result=f"{sum(s.proved for s in series)} of {len(series)} series changed; "
+            result=f"{sum(s.proved for s in series) or 'None'} of {len(series)} series changed; "
             f"{plural(sum(int(s.outlying.sum()) for s in series), 'outlying session')}.",
         )
         for kind, series in list(kinds.items())[:_MOST_KINDS]

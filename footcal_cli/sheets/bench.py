@@ -218,14 +218,23 @@ def _line_pictures(
             "Known load against raw reading with the fitted line, and the error below it; orange "
             "channels leave the band.",
             title="Known load against reading, with the fitted line",
-            result=f"{plural(sum(fit.worst_n > tolerance_n for fit in fits), 'channel')} of "
-            f"{len(fits)} beyond the band of ± {tolerance_n:.3g} N.",
+            result=f"{_of_all(sum(fit.worst_n > tolerance_n for fit in fits), len(fits))} "
+            f"beyond the band of ± {tolerance_n:.3g} N.",
         ),
         Picture("scales", lambda: plot_scales(fits),
                 "Cells of one type should have scales that agree.",
             title="Scales of all cells",
             result=_scales(low, high)),
     )  # fmt: skip
+
+
+def _of_all(some: int, whole: int) -> str:
+    """``No channel goes``, ``The only channel goes``, ``2 of 8 channels go``."""
+    if not some:
+        return "No channel goes"
+    if whole == 1:
+        return "The only channel goes"
+    return f"{some} of {whole} channels {'goes' if some == 1 else 'go'}"
 
 
 def _scales(low: AffineFit, high: AffineFit) -> str:

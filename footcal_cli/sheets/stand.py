@@ -142,7 +142,8 @@ def beliefs_picture(
         lambda: plot_beliefs(rows.names, rows.units, rows.prior_sd, value, sd, known),
         caption,
         title="Each parameter before and after standing",
-        result=f"{sum(known)} of {len(known)} are estimated.",
+        result=f"{sum(known) or 'None'} of {len(known)} {'is' if sum(known) == 1 else 'are'} "
+        "estimated.",
     )
 
 

@@ -22,6 +22,11 @@ from footcal_cli.sniff.plan import (
     times,
 )
 
+NAMEPLATE = Blank(
+    ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
+    "nothing says how many newtons a count is; or give --parameters of a bench calibration",
+)
+
 
 def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = False) -> Plan:
     """Several cells in time: feet that stand or walk.
@@ -58,15 +63,11 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
             for foot in found
         )
         positions = []
-    plate = Blank(
-        ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
-        "nothing says how many newtons a count is; or give --parameters of a bench calibration",
-    )  # fmt: skip
     doubt = [] if any(said_to_be_cells(c) for c in cells) else [UNNAMED]
     doubt += [] if any(c.name.side or c.name.place for c in cells) or points else [_OR_WEIGHTS]
     body = body_entries(file) if file.of("com") else {}
     forces = all(c.unit in FORCES for c in cells)
-    plates = [] if forces else [plate]
+    plates = [] if forces else [NAMEPLATE]
     tables = (*tables, IN_NEWTON) if forces else tables
     return Plan(
         file,

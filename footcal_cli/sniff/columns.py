@@ -24,6 +24,7 @@ from footcal_cli.sniff.clocks import (
     unwrapped_counter,
 )
 from footcal_cli.sniff.derived import without_derived
+from footcal_cli.sniff.flight import with_flight_angles
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess
@@ -186,7 +187,7 @@ def _where_read(column: ColumnGuess) -> ColumnGuess:
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = without_derived(without_supply(_one_statistic(columns)))
+    found = without_derived(with_flight_angles(without_supply(_one_statistic(columns))))
     found = _without_silent([_numbered(column) for column in found])
     found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
     if not any(column.quantity == "load" for column in found):

@@ -17,8 +17,8 @@ from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names, escaped, loads_named
 from footcal_cli.sniff.groups import readings, wrenches
-from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one
+from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, Plan, reading_entry, times
 from footcal_cli.sniff.six_axis import forces_of, share_a_weight
@@ -85,7 +85,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         beside = None if hung else _per_foot(group, names)
         return (
             _per_orientation(group, names) or _per_load(group, names) or beside
-            or (None if plan is None else Part(_per_leg(plan, names), paths, names.match))
+            or (None if plan is None else Part(_per_leg(group, plan, names), paths, names.match))
         )  # fmt: skip
     if len(readings(first)) == 1:
         if not stated:
@@ -256,8 +256,12 @@ def _vertical(file: FileGuess) -> FloatArray | None:
     return forces[0].values if len(forces) == 1 and not file.of("label", "load") else None
 
 
-def _per_leg(plan: Plan, names: Names) -> Plan:
-    """One file per leg where the files' names say so; else all are of one transducer."""
+def _per_leg(group: Sequence[FileGuess], plan: Plan, names: Names) -> Plan:
+    """One file per leg where the files' names say so; else all are of one transducer.
+
+    The legs of one body share its attitude: how each transducer is turned in it is looked for in
+    all files at once.
+    """
     addresses = [name_guess(word) for word in names.middle]
     legs = {word: a.address for word, a in zip(names.middle, addresses, strict=True)}
     named = all(a.side or a.place for a in addresses)
@@ -266,6 +270,18 @@ def _per_leg(plan: Plan, names: Names) -> Plan:
     named &= len(set(legs.values())) == len(legs)
     if not named or "leg" not in plan.entries:
         return plan
+    if plan.role == "hang" and not group[0].of("orientation"):
+        codes = np.repeat(np.arange(len(group)), [file.rows for file in group])
+        ours = ColumnGuess(
+            "leg", NameGuess("label"), None, "likely", "the files' names",
+            words=tuple(legs.values()), codes=codes,
+        )  # fmt: skip
+        whole = plan_of(as_one(group, (ours,)))
+        if whole is not None and whole.role == "hang":
+            clock = {name: plan.entries[name] for name in ("time_s",) if name in plan.entries}
+            plan = replace(
+                whole, file=group[0], entries={**whole.entries, **clock}, rate_hz=plan.rate_hz
+            )
     leg = Entry(file_name=names.expression, why="the files' names", names=legs)
     return replace(plan, entries={**plan.entries, "leg": leg})
 

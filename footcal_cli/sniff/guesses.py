@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -140,3 +140,16 @@ class FileGuess:
     def of(self, *quantities: str) -> list[ColumnGuess]:
         """Columns taken for any of these."""
         return [column for column in self.columns if column.quantity in quantities]
+
+
+def as_one(group: Sequence[FileGuess], more: Sequence[ColumnGuess]) -> FileGuess:
+    """Several logs of the same columns below each other, with columns that say of which each is."""
+    columns = []
+    for at, first in enumerate(group[0].columns):
+        parts = [file.columns[at].values for file in group]
+        if any(part is None for part in parts):
+            continue
+        whole: FloatArray = np.concatenate([part for part in parts if part is not None])
+        columns.append(replace(first, values=whole))
+    rows = sum(file.rows for file in group)
+    return replace(group[0], columns=(*more, *columns), rows=rows)

@@ -110,7 +110,8 @@ NOISE = {
     "counts", "count", "adc", "reading", "cell", "lc", "loadcell", "load", "sole", "ft", "msg",
     "force", "torque", "moment", "measured", "sensors", "analog", "val", "s", "hx", "signal",
     "readings", "channel", "ch", "output", "kraft", "stamped", "foot", "feet", "total", "vertical",
-    "effort", "filtered", "state", "zone", "pad", "corner", "n", "volt", "voltage", "est",
+    "effort", "filtered", "state", "zone", "pad", "corner", "n", "volt", "voltage", "est", "cells",
+    "loadcells",
 }  # fmt: skip
 _PLACES = {
     "fl": "fl", "fr": "fr", "rl": "rl", "rr": "rr", "bl": "rl", "br": "rr", "hl": "hl", "hr": "hr",
@@ -118,7 +119,8 @@ _PLACES = {
     "lm": "ml", "rm": "mr", "lr": "rl",
 }  # fmt: skip
 _ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
-         "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f"}  # fmt: skip
+         "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f", "mitte": "m", "avant": "f",
+         "arrière": "r", "arriere": "r", "milieu": "m"}  # fmt: skip
 _ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *_ENDS}
 _SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
           "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
@@ -349,7 +351,7 @@ def _by_words(
     """Quantity by a word of the vocabulary, the last one first, or by the unit alone."""
     if (
         any(w in ("weight", "load", "mass", "gewicht", "masse", "poids", "last") for w in words)
-        and any(w in ("cell", "sensor", "raw", "counts", "adc") for w in words)
+        and any(w in ("cell", "cells", "sensor", "sensors", "raw", "counts", "adc") for w in words)
         and "on" not in words
     ):
         return "reading", "", set()

@@ -11,11 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.file_names import Part, called
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one
 from footcal_cli.sniff.levers import with_levers
 from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.numbered import numbered
@@ -57,7 +56,7 @@ def posed_files(
             key.column, NameGuess("placement"), None, "likely", "the files' names", words=words,
             codes=np.repeat([words.index(s) for s in steps], [f.rows for f in group]),
         )  # fmt: skip
-        part = posed(_as_one(group, (ours,)), sheet)
+        part = posed(as_one(group, (ours,)), sheet)
         if part is not None:
             meant = dict(zip(names.middle, steps, strict=True))
             entries = {
@@ -110,7 +109,7 @@ def marked_files(group: list[FileGuess]) -> Part | None:
                         np.repeat(places[:, i], rows))
             for i, a in enumerate("xy")
         )  # fmt: skip
-        whole = _as_one(group, holes)
+        whole = as_one(group, holes)
         plan = plan_of(whole)
         if plan is None or plan.role != "cop_points" or not _spans(whole, holes, unit):
             continue
@@ -141,19 +140,6 @@ def _spans(file: FileGuess, holes: Sequence[ColumnGuess], unit: str) -> bool:
         if abs(theirs * _UNITS.get(cop.unit or "m", 1.0) / ours - 1.0) > _NEARLY:
             return False
     return True
-
-
-def _as_one(group: Sequence[FileGuess], more: Sequence[ColumnGuess]) -> FileGuess:
-    """Several logs of the same columns below each other, with columns that say of which each is."""
-    columns = []
-    for at, first in enumerate(group[0].columns):
-        parts = [file.columns[at].values for file in group]
-        if any(part is None for part in parts):
-            continue
-        whole: FloatArray = np.concatenate([part for part in parts if part is not None])
-        columns.append(replace(first, values=whole))
-    rows = sum(file.rows for file in group)
-    return replace(group[0], columns=(*more, *columns), rows=rows)
 
 
 def _by_file(entry: Entry, names: Names, meant: dict[str, str]) -> Entry:

@@ -82,12 +82,20 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
     """The exact command, after what is to be filled in; weights first, whose scales others need."""
     plan = min((part.plan for part in parts), key=lambda plan: plan.command != "offline-fit")
     command = f"footcal {plan.command} {command_line}"
-    same = (part.plan for part in parts if part.plan.command == plan.command)
-    wanted = dict.fromkeys(blank.why for own in same for blank in own.blanks if blank.needed)
-    said = f"fill in what is marked TO FILL IN ({'; '.join(wanted)}), then " if wanted else ""
-    later = [c for c in dict.fromkeys(p.plan.command for p in parts) if c != plan.command]
-    after = [f"; after it {name}, with its parameters.json" for name in later]
-    return f"{said}{command}{''.join(after)}"
+    wanted = _wanted(parts, plan.command)
+    said = f"fill in what is marked TO FILL IN ({wanted}), then " if wanted else ""
+    after = ""
+    for name in dict.fromkeys(p.plan.command for p in parts if p.plan.command != plan.command):
+        open_yet = _wanted(parts, name)
+        to_do = f", what is marked TO FILL IN filled in ({open_yet})" if open_yet else ""
+        after += f"; after it {name}, with its parameters.json{to_do}"
+    return f"{said}{command}{after}"
+
+
+def _wanted(parts: Sequence[Part], command: str) -> str:
+    """What the logs of a command leave open, each once."""
+    plans = (part.plan for part in parts if part.plan.command == command)
+    return "; ".join(dict.fromkeys(b.why for own in plans for b in own.blanks if b.needed))
 
 
 def listing(parts: Sequence[Part]) -> list[str]:
@@ -128,7 +136,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
             elif column.column in choosing:
                 lines.append(f"  {column.column} -> which of them the load lies on")
             else:
-                lines.append(f"  {column.column} -> not used   ({column.quantity}: {column.why})")
+                what = "not recognised" if column.quantity == "unknown" else column.quantity
+                lines.append(f"  {column.column} -> not used   ({what}: {column.why})")
         for source, (name, entry) in used.items():
             lines.append(f"  {source} -> {name}   {entry.sure}: {entry.why}")
         lines += [f"  check: {warning}" for warning in part.plan.warnings]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from footcal_cli.sniff.cells import cells_in_time
+from footcal_cli.sniff.cells import NAMEPLATE, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.groups import without_unit
@@ -60,7 +60,16 @@ def with_one_name(
                 if name.endswith("_counts") and entry.column is not None:
                     cells[entry.column.column] = name.removesuffix("_counts")
                     cells[without_unit(entry.column.column)] = name.removesuffix("_counts")
-    return [replace(part, plan=_renamed(part.plan, cells)) for part in parts], list(others)
+    renamed = [replace(part, plan=_renamed(part.plan, cells)) for part in parts]
+    weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
+    return [replace(p, plan=_weighed(p.plan, weighed)) for p in renamed], list(others)
+
+
+def _weighed(plan: Plan, weighed: set[str]) -> Plan:
+    """A plan for cells whose newtons per count the weights of the same log say."""
+    if not plan.channels or not set(plan.channels) <= weighed:
+        return plan
+    return replace(plan, blanks=tuple(blank for blank in plan.blanks if blank != NAMEPLATE))
 
 
 def _renamed(plan: Plan, cells: Mapping[str, str]) -> Plan:

@@ -66,7 +66,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:
     """Two different logs: readings and their reference, or sensors and the body."""
     for file, beside in ((one, other), (other, one)):
-        if beside.of("com") and not file.of("com"):
+        if beside.of("com") and not file.of("com") and not _has_cells(beside):
             file = with_sides(file, _foot_speeds(file, beside))
             plan = plan_of(file)
             if plan is not None:
@@ -102,6 +102,12 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             return [Part(replace(plan, warnings=warnings), (file.path,), escaped(file.path.name),
                          (joined,))]  # fmt: skip
     return []
+
+
+def _has_cells(file: FileGuess) -> bool:
+    """Whether a body's stream holds the cells under the feet too: it is a walk by itself."""
+    plan = plan_of(file) if readings(file) else None
+    return plan is not None and plan.role == "cells"
 
 
 def _at_rows(file: FileGuess, body: FileGuess) -> dict[str, Entry]:

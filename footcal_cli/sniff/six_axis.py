@@ -104,7 +104,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
     weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
                    "a start only: the weight is estimated", False)  # fmt: skip
     return Plan(
-        file, f"{len(six)} six-axis transducer{'s' * (len(six) > 1)} turned under gravity",
+        file, f"{len(forces)} six-axis transducer{'s' * (len(forces) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
         "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),

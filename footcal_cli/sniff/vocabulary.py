@@ -30,7 +30,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
     "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
-    "brut brute lettura valore anzeige rohwert rohwerte zählwert bridge output ausgabe display "
+    "cells loadcells brut brute lettura valore anzeige rohwert rohwerte zählwert ausgabe display "
     "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
     "temperature": "temp temperature temperatur température temperatura температура 温度",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",

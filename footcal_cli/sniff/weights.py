@@ -32,7 +32,13 @@ from footcal_cli.sniff.plan import (
 from footcal_cli.sniff.pressed import pressed_along
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
-from footcal_cli.sniff.which_cell import cell_column
+from footcal_cli.sniff.which_cell import (
+    ON_WHICH,
+    cell_column,
+    followers,
+    named_alike,
+    one_cell_moves,
+)
 from footcal_cli.tables.units import conversion
 
 _MANY = 10
@@ -116,6 +122,8 @@ def weights(
             "likely", "offline-fit", "weights", entries,
             tuple(labels[0].words) if labels else (one_name,), blanks=asked,
         )  # fmt: skip
+    if one_cell_moves(load, cells):
+        asked = (*asked, ON_WHICH)
     if recorded(file, load):
         return _stream(file, named, entries, asked)
     wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
@@ -132,7 +140,7 @@ def weights(
         file, f"known weights, the readings of {len(cells)} cells side by side",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
         entries, tuple(named), wide, blanks=asked,
-        warnings=(
+        warnings=() if ON_WHICH in asked else (
             "taken that every cell carried the whole load by itself; if the load stood on all "
             "of them, give each its share",
         ),
@@ -223,8 +231,7 @@ def _one_at_a_time(
 ) -> Plan | None:
     """A weight that lies on one cell at a time, all of them read: a column names the loaded one."""
     for label in labels:
-        on = {word: c for word in label.words for c in cells
-              if _plain(word) in (_plain(c.column), _plain(c.name.address))}  # fmt: skip
+        on = named_alike(label.words, cells) or followers(load, label, cells)
         if len(on) != len(label.words) or len({c.column for c in on.values()}) < 2:
             continue
         entry, asked = load_entry(load)
@@ -241,10 +248,6 @@ def _one_at_a_time(
             "weights", extras(file), tuple(on), wide, blanks=asked,
         )  # fmt: skip
     return None
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\W_]+", "", name).lower()
 
 
 def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:

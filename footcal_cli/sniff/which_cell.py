@@ -1,20 +1,105 @@
-"""Which column of a long table tells its cells apart: its groups are straight in the load.
+"""Which cell a load lay on: the column that tells cells apart, by its words and by the readings.
 
 Room: intake of unknown logs (`footcal_cli.sniff`), used by `footcal_cli.sniff.weights`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from footcal_cli.core.bench.split_lines import split_lines
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.plan import Blank
 from footcal_cli.sniff.texts import numbers_as_labels
 
 _BY_CHANCE = 1e-6
 """How rarely groups of one cell are so far apart by chance: a few columns per log, many logs."""
+_FOLLOWS, _IDLE = 0.98, 0.2
+"""How much of its reading's variance a load explains on the cell it lies on; and how much of its
+own range another one moves by at most."""
+_ALONE, _LEAST_ROWS = 0.95, 4
+"""Share of loaded rows in which one reading alone moves, and how many rows say so at least."""
+ON_WHICH = Blank(
+    ("# a column with the name of the loaded cell in every row; then footcal init again",),
+    "the weights lay on one cell at a time, and no column says on which",
+)
+
+
+def named_alike(words: Sequence[str], cells: Sequence[ColumnGuess]) -> Mapping[str, ColumnGuess]:
+    """The reading that each word names; empty unless every word names one of its own.
+
+    ``front left`` names the columns ``front_left``, ``ADC front left`` and ``fl``.
+    """
+    ways = (
+        lambda word, c: _plain(word) in (_plain(c.column), _plain(c.name.address)),
+        lambda word, c: _plain(c.column).endswith(_plain(word)),
+        lambda word, c: bool(c.name.place) and name_guess(word).address == c.name.address,
+    )
+    for alike in ways:
+        on = {word: [c for c in cells if alike(word, c)] for word in words}
+        if all(len(own) == 1 for own in on.values()):
+            found = {word: own[0] for word, own in on.items()}
+            if len({c.column for c in found.values()}) == len(found):
+                return found
+    return {}
+
+
+def followers(
+    load: ColumnGuess, label: ColumnGuess, cells: Sequence[ColumnGuess]
+) -> Mapping[str, ColumnGuess]:
+    """The reading that alone follows the load in the rows of each word; empty where two do."""
+    force, codes = numbers_of(load), codes_of(label)
+    if any(numbers_of(c).size != force.size for c in cells) or codes.size != force.size:
+        return {}
+    found: dict[str, ColumnGuess] = {}
+    for at, word in enumerate(label.words):
+        rows = codes == at
+        if np.unique(force[rows]).size < 2:
+            return {}
+        moved = [c for c in cells if _range(numbers_of(c)[rows]) > _IDLE * _range(numbers_of(c))]
+        if len(moved) != 1 or straightness(force[rows], numbers_of(moved[0])[rows]) < _FOLLOWS:
+            return {}
+        found[word] = moved[0]
+    return found if len({c.column for c in found.values()}) == len(found) else {}
+
+
+def one_cell_moves(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
+    """Whether in the loaded rows one reading alone has left its zero, and not always the same.
+
+    Each reading is compared with its largest way from the median of the rows without a load.
+    """
+    force = numbers_of(load)
+    if len(cells) < 2 or any(numbers_of(c).size != force.size for c in cells):
+        return False
+    read = np.column_stack([numbers_of(c) for c in cells])
+    known = np.isfinite(force) & np.isfinite(read).all(axis=1)
+    free, loaded = known & (force == 0), known & (force != 0)
+    if not free.any() or loaded.sum() < _LEAST_ROWS:
+        return False
+    way = np.abs(read[loaded] - np.median(read[free], axis=0))
+    largest = way.max(axis=0)
+    if not np.all(largest > 0):
+        return False
+    share = way / largest
+    second, first = np.sort(share, axis=1)[:, -2:].T
+    alone = second < _IDLE * first
+    return bool(alone.mean() >= _ALONE and np.unique(share.argmax(axis=1)[alone]).size > 1)
+
+
+def _range(values: FloatArray) -> float:
+    """Largest less least number, 0 without any."""
+    good = values[np.isfinite(values)]
+    return float(np.ptp(good)) if good.size else 0.0
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name).lower()
 
 
 def cell_column(

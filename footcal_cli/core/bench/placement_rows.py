@@ -86,7 +86,7 @@ class PlacementRows:
 def holes_of(hole_m: FloatArray) -> IntArray:
     """Index of the hole of every row, shape (n,).
 
-    Told apart by position, so that a hole used again later is not taken for new evidence.
+    Distinguished by position, so that a hole used again later is not taken for new evidence.
 
     Parameters
     ----------

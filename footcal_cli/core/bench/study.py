@@ -235,7 +235,7 @@ def study_samples(
     extend: bool = True,
     most_degree: int = 3,
 ) -> ChannelStudy:
-    """Study a channel from a running recording: find holds, condense, climb, look for creep.
+    """Study a channel from a running recording: find holds, condense, choose a model, see creep.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """When a change happened: between the times that are tried, the one that explains most.
 
 The search tries a score of times. A change between two of them is found at the nearer one, and what
-lies between that and the truth is left over at its full size, as if something else were missing.
+lies between that and the truth remains at its full size, as if something else were missing.
 No derivative tells of it: a moment later changes no row until it passes one.
 """
 

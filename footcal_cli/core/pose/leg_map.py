@@ -1,4 +1,4 @@
-"""Which leg a leftover comes from: the residual that each leg's own readings foretell."""
+"""Which leg a residual comes from: what each leg's own readings predict of it."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class LegMap:
     Parameters
     ----------
     foretold
-        Size of the residual that leg k's readings foretell in pose p, in units of the noise,
+        Size of the residual that leg k's readings predict in pose p, in units of the noise,
         shape (K, P). A wrong gain, a twisted axis or a dead channel lights up its leg's row.
     share
-        Part of the residual's square that each leg foretells, shape (K,).
+        Part of the residual's square that each leg predicts, shape (K,).
     p
         Chance of such a share without any fault, shape (K,); 1 where so few poses are left beside
         the mounting that any leg's readings fit the residual.

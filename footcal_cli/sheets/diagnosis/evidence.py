@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.evidence_table import (
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.plots.words import words
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, with_interval
+from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, share_text, with_interval
 
 _MOST_ROWS = 20
 _HOW_TO_READ = (
@@ -27,9 +27,10 @@ _HOW_TO_READ = (
     "not possible and another effect resembles it. Matters from: the size whose visible part "
     "changes an output by the tolerance. Found from: the size these data would have shown 4 times "
     "in 5. Gain: share of the squared error of all outputs together that goes on blocks the effect "
-    "was not fitted to, and in how many blocks; the sentence at the top is about one output and "
-    "its RMS error. By chance: probability that random signs of whole blocks make any effect of "
-    "the table look this strong. Visible: share that the calibration cannot absorb."
+    "was not fitted to (worse: it more than doubles), and in how many blocks; the sentence at the "
+    "top is about one output and its RMS error. By chance: probability that random signs of whole "
+    "blocks make any effect of the table look this strong. Visible: share that the calibration "
+    "cannot absorb."
 )
 
 
@@ -117,7 +118,7 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
         with_interval(scaled(row.size, factor), unit) if np.isfinite(row.size.low) else "–",
         _size(factor * row.smallest, unit),
         _size(factor * row.detectable, unit),
-        f"{100 * row.gain:+z.1f} %".replace("-", "−"),
+        share_text(row.gain, sign=True),
         f"{row.blocks_better} of {blocks}",
         number(row.p, 2),
         f"{100 * row.visible:.0f} %",

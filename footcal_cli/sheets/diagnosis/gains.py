@@ -10,6 +10,7 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.movement import Movement
 from footcal_cli.records.display_units import display_unit
 from footcal_cli.report import Sheet, number
+from footcal_cli.sheets.diagnosis.words import share_interval, share_text
 
 
 def gain_sheets(found: Investigation) -> tuple[Sheet, ...]:
@@ -19,8 +20,8 @@ def gain_sheets(found: Investigation) -> tuple[Sheet, ...]:
     rows = [
         (
             gain.output, number(gain.before, 3), number(gain.after, 3), gain.unit,
-            f"{100 * gain.change.value:.1f} % [{100 * gain.change.low:.1f}, "
-            f"{100 * gain.change.high:.1f}]".replace("-", "−"),
+            f"{share_text(gain.change.value)} "
+            f"{share_interval(gain.change.low, gain.change.high)}",
             f"{int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))} of {len(gain.per_block)}",
         )
         for gain in found.gains

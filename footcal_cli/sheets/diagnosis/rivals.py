@@ -13,6 +13,7 @@ from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.words import words
 from footcal_cli.report import number
+from footcal_cli.sheets.diagnosis.words import share_interval, share_text
 
 _INVISIBLE = 5e-4  # a share of which the shown digits are zeros
 _NOISE = 0.05  # p above which what is left is not worth a word
@@ -91,5 +92,4 @@ def losses_with(diagnosis: Diagnosis, effect: str) -> FloatArray | None:
 def _percent(interval: Interval) -> str:
     if max(abs(interval.low), abs(interval.value), abs(interval.high)) < _INVISIBLE:
         return "less than 0.1 %"
-    low, value, high = (100 * x for x in (interval.low, interval.value, interval.high))
-    return f"{value:.1f} % [{low:.1f}, {high:.1f}]".replace("-", "−")
+    return f"{share_text(interval.value)} {share_interval(interval.low, interval.high)}"

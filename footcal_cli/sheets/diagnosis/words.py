@@ -127,6 +127,26 @@ def better_blocks(gain: Gain) -> int:
     return int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))
 
 
+def share_text(share: float, decimals: int = 1, *, sign: bool = False) -> str:
+    """A share of the error that goes, ``10.1 %``; ``worse`` where the error more than doubles.
+
+    On a block that a model cannot predict the share has any size, −2·10⁹ % too. The number itself
+    stands in the JSON.
+    """
+    if share < -1.0:
+        return "worse"
+    return f"{100 * share:{'+' if sign else ''}z.{decimals}f} %".replace("-", "−")
+
+
+def share_interval(low: float, high: float, decimals: int = 1) -> str:
+    """The bounds of such a share in per cent: ``[3.0, 4.7]``, ``[< −100, 4.7]``."""
+    texts = (f"{100 * max(x, -1.0):z.{decimals}f}".replace("-", "−") for x in (low, high))
+    low_text, high_text = (
+        f"< {text}" if x < -1.0 else text for x, text in zip((low, high), texts, strict=True)
+    )
+    return f"[{low_text}, {high_text}]"
+
+
 def gain_words(found: Investigation) -> str:
     """What the error falls by on data that no fit has seen."""
     gain = main_gain(found)
@@ -134,17 +154,19 @@ def gain_words(found: Investigation) -> str:
         return ""
     if found.once:
         return "It happened once, so that no other part of the log can confirm it"
-    low, value, high = (100 * x for x in (gain.change.low, gain.change.value, gain.change.high))
+    value = gain.change.value
     better, blocks = better_blocks(gain), len(gain.per_block)
     of = f"{blocks} blocks"
     if blocks < found.problem.blocks:
         of = f"the {blocks} blocks that hold it"
     falls = "falls" if value >= 0 else "grows"
+    size = "more than twofold" if value < -1.0 else f"{100 * abs(value):.0f} %"
     return (
         f"On data the fit had not seen, the error of the {output_words(gain.output)} {falls} from "
         f"{number(gain.before, 3)} to {number(gain.after, 3)} {gain.unit} "
-        f"({abs(value):.0f} % [{low:.0f}, {high:.0f}], better in {better} of {of})"
-    ).replace("[-", "[−")
+        f"({size} {share_interval(gain.change.low, gain.change.high, 0)}, "
+        f"better in {better} of {of})"
+    )
 
 
 def rival_groups(found: Investigation) -> tuple[tuple[str, ...], ...]:
