@@ -15,7 +15,7 @@ from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
 from tests.conftest import Run
 
-CELLS = ("left_fl", "left_fr")
+CELLS = ("left_fl", "left_fr", "left_rl")
 STEPS = np.array([0.0, 1.0, 3.0, 6.0, 10.0, 15.0, 20.0, 15.0, 10.0, 6.0, 3.0, 1.0, 0.0])
 
 
@@ -31,7 +31,7 @@ def lagging(load: np.ndarray, width: float) -> np.ndarray:
 def write_weights(
     path: Path, seed: int, width: float, sessions: int = 6, knee: float = 0.0
 ) -> None:
-    """Ladders up and down on two cells and several days, with noise and a gain of each day.
+    """Ladders up and down on three cells and several days, with noise and a gain of each day.
 
     `knee`: the cells answer more steeply by this share above 4 N.
     """
@@ -130,7 +130,7 @@ def test_an_effect_left_out_of_the_table_gets_no_confident_other_name(
 
 
 def test_too_few_sessions_are_called_so(run: Run, tmp_path: Path) -> None:
-    write_weights(tmp_path / "weights.csv", 5, width=0.5, sessions=3)
+    write_weights(tmp_path / "weights.csv", 5, width=0.5, sessions=2)
     record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")
     assert record.verdict == "underpowered"
     assert "Record at least 4 more" in record.sentence
