@@ -92,9 +92,8 @@ def fit_blocks(
     scaled = design / scale
     onto, singular, right = np.linalg.svd(scaled, full_matrices=False)
     rank, condition = rank_of(singular, design.shape)
-    blocks = Blocks.of(block)
-    count = blocks.rows.size
-    many = 1 < count < n and n > p + count
+    names, index = np.unique(block, return_inverse=True)
+    many = names.size > 1 and names.size < n and n > p + names.size
     shared = np.ones((n, 1)) if shared is None else shared
     width = np.sqrt(np.mean(shared**2, axis=0))
     shared = shared / np.where(width > 0, width, 1.0)
@@ -104,7 +103,7 @@ def fit_blocks(
     explained = onto[:, :seen].T @ target
     plain = right[:seen].T @ (explained / singular[:seen])
     target = target - onto[:, :seen] @ explained
-    sums = _sums(scaled, target, blocks if many else Blocks.of(np.zeros(n, np.int64)), shared)
+    sums = _sums(scaled, target, index if many else np.zeros(n, dtype=np.int64), shared)
     ratio = reml_ratios(sums, n, p) if many else np.zeros(shared.shape[1])
     taken, _ = sums.shrink(ratio)
     normal = sums.normal(taken)
@@ -116,7 +115,7 @@ def fit_blocks(
     squares = max(energy - float(beta @ moment), 0.0) if many else float(left @ left)
     variance = squares / dof if n > rank else np.nan
     coefficient_dof = (
-        _satterthwaite(scaled, blocks, shared, sums, ratio, taken, inverse) if many else float(dof)
+        _satterthwaite(scaled, index, shared, sums, ratio, taken, inverse) if many else float(dof)
     )
     between = np.sqrt(variance * ratio) / np.where(width > 0, width, 1.0)
     return BlockFit(
@@ -138,16 +137,19 @@ def _inverse(normal: FloatArray) -> FloatArray:
     return np.asarray((vectors[:, seen] / values[seen]) @ vectors[:, seen].T)
 
 
-def _sums(design: FloatArray, target: FloatArray, blocks: Blocks, shared: FloatArray) -> BlockSums:
+def _sums(design: FloatArray, target: FloatArray, index: IntArray, shared: FloatArray) -> BlockSums:
+    blocks, q = int(index.max()) + 1, shared.shape[1]
     both = np.column_stack([design, target])
-    cross = np.stack([blocks.sums(z[:, None] * both) for z in shared.T], axis=1)
-    square = np.stack([blocks.sums(z[:, None] * shared) for z in shared.T], axis=1)
+    cross = np.zeros((blocks, q, both.shape[1]))
+    np.add.at(cross, index, shared[:, :, None] * both[:, None])
+    square = np.zeros((blocks, q, q))
+    np.add.at(square, index, shared[:, :, None] * shared[:, None])
     return BlockSums(square, cross, both.T @ both)
 
 
 def _satterthwaite(
     design: FloatArray,
-    blocks: Blocks,
+    index: IntArray,
     shared: FloatArray,
     sums: BlockSums,
     ratio: FloatArray,
@@ -160,14 +162,15 @@ def _satterthwaite(
     quantity that blocks share ``σ_k² Σ_g (Σ_g z_k w)²``, known from as many blocks as the design
     leaves free.
     """
-    carried = np.einsum("gkl,glp->gkp", taken, sums.cross[..., :-1])[blocks.number]
+    carried = np.einsum("gkl,glp->gkp", taken, sums.cross[..., :-1])[index]
     weights = (design - np.einsum("nk,nkp->np", shared, carried)) @ inverse
-    (n, p), count = design.shape, blocks.rows.size
+    (n, p), blocks = design.shape, sums.square.shape[0]
     within = np.sum(weights**2, axis=0)
-    total, spread = within, within**2 / max(n - count - p + 1, 1)
+    total, spread = within, within**2 / max(n - blocks - p + 1, 1)
     free = _free_blocks(sums)
     for k in range(shared.shape[1]):
-        per_block = blocks.sums(weights * shared[:, k : k + 1])
+        per_block = np.zeros((blocks, p))
+        np.add.at(per_block, index, weights * shared[:, k : k + 1])
         between = ratio[k] * np.sum(per_block**2, axis=0)
         total, spread = total + between, spread + between**2 / free[k]
     unseen = np.full(p, float(max(n - p, 1)))  # a column of zeros has no variance to share
@@ -257,34 +260,17 @@ def correlation_time(residual: FloatArray, time_s: FloatArray, block: IntArray) 
     return float(-np.median(np.diff(time_s)[pair]) / np.log(min(rho, 0.999)))
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """Sessions of rows, counted once for many designs on them.
+def within(rows: FloatArray, session: IntArray) -> FloatArray:
+    """Rows without their session's mean where there are several sessions.
 
     Parameters
     ----------
-    number
-        Which of the sessions each row is of, shape (n,).
-    rows
-        Rows of each session, shape (g,).
+    rows, session
+        Shape (n, p) and (n,).
     """
-
-    number: IntArray
-    rows: IntArray
-
-    @classmethod
-    def of(cls, session: IntArray) -> Blocks:
-        """Sessions by a name of each row, shape (n,)."""
-        names, number = np.unique(session, return_inverse=True)
-        return cls(number, np.bincount(number, minlength=names.size))
-
-    def sums(self, rows: FloatArray) -> FloatArray:
-        """Sums of the rows (n, p) of each session, shape (g, p)."""
-        columns = [np.bincount(self.number, column, self.rows.size) for column in rows.T]
-        return np.stack(columns, axis=1) if columns else np.zeros((self.rows.size, 0))
-
-    def within(self, rows: FloatArray) -> FloatArray:
-        """Rows (n, p) without their session's mean where there are several sessions."""
-        if self.rows.size == 1:
-            return rows
-        return np.asarray(rows - (self.sums(rows) / self.rows[:, None])[self.number])
+    names, index = np.unique(session, return_inverse=True)
+    if names.size == 1:
+        return rows
+    sums = np.zeros((names.size, rows.shape[1]))
+    np.add.at(sums, index, rows)
+    return np.asarray(rows - (sums / np.bincount(index)[:, None])[index])

@@ -17,10 +17,10 @@ from scipy.optimize import minimize, minimize_scalar
 
 from footcal_cli.core.inference.blocks import (
     BlockFit,
-    Blocks,
     correlation_time,
     fit_blocks,
     whiten_autoregressive,
+    within,
 )
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
@@ -105,7 +105,7 @@ class Separable:
             start = self._search(start, 0.0)
             left = _rest(*self._rows(start, 0.0))
             if self.kept:
-                left = self._blocks.within(left[:, None])[:, 0]
+                left = within(left[:, None], self.block)[:, 0]
             correlation_s = correlation_time(left, self.time_s, self.block)
             log_shapes = self._search(start, correlation_s) if correlation_s > 0.0 else start
         else:
@@ -122,11 +122,7 @@ class Separable:
         rows, target = self._white(self.design(log_shapes), correlation_s)
         if self.shared is None or self.kept:
             return rows, target
-        return self._blocks.within(rows), self._blocks.within(target[:, None])[:, 0]
-
-    @cached_property
-    def _blocks(self) -> Blocks:
-        return Blocks.of(self.block)
+        return within(rows, self.block), within(target[:, None], self.block)[:, 0]
 
     def _white(self, rows: FloatArray, correlation_s: float) -> tuple[FloatArray, FloatArray]:
         return whiten_autoregressive(rows, self.target, self.time_s, self.block, correlation_s)
