@@ -59,10 +59,10 @@ OF_ANOTHER = "nao_walk"
 def test_a_recipe_runs_from_simulation_to_diagnosis(name: str, tmp_path: Path) -> None:
     recipe = tmp_path / "recipe.toml"
     text = (RECIPES / f"{name}.toml").read_text("utf-8")
-    recipe.write_text(text.replace("duration_s = 60", "duration_s = 14"), "utf-8")
+    recipe.write_text(text.replace("duration_s = 60", "duration_s = 24"), "utf-8")
     given, made = ("--recipe", recipe, "--out"), {}
     for kind in ("weights", "placements", "stand", "walk"):
-        short = ("--duration-s", 14) if kind == "walk" else ()
+        short = ("--duration-s", 24) if kind == "walk" else ()
         code = run("simulate", "--experiment", kind, *short, *given, tmp_path / kind)
         assert code == (0 if kind in ABLE[name] else 2), kind
         if code == 0:
