@@ -11,10 +11,11 @@ import numpy as np
 
 from footcal_cli.core.body_stream import check_overlap, check_rates
 from footcal_cli.core.chain import Chain, Link, link
+from footcal_cli.core.checks.streams import check_zeros
 from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Trait
-from footcal_cli.core.experiments.walk import reference_of
+from footcal_cli.core.experiments.walk import channel_contact, reference_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import BIAS_SD_N, GAIN_SD, Belief, belief_from, nameplate
 from footcal_cli.core.online.merging import merge_cells, merge_six_axis
@@ -256,7 +257,7 @@ def _pairs(
 
 
 def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
-    """Cells that are exchanged and, of a walk, copied or frozen; transducers that are turned."""
+    """Exchanged cells; of a walk, copied or frozen ones and moving zeros; turned transducers."""
     log = merged.log
     if belief is None:
         from footcal_cli.core.pose.turned import check_turned_feet
@@ -266,6 +267,21 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
         findings = check_channels_walking(log.time_s, belief.forces(merged.raw), log.channels)
         if findings:
             return findings
+    return [*_zeros(merged, belief, experiment), *_exchanged(log, belief)]
+
+
+def _zeros(merged: Merged, belief: Belief, experiment: str) -> list[Finding]:
+    """Cells that read another force in the air at the end of a walk than at its beginning."""
+    if experiment != "walk":
+        return []
+    log = merged.log
+    weight_n = float(log.known["mass_kg"][0] * log.known["gravity_mps2"][0])
+    in_air = channel_contact(log) == 0.0
+    return check_zeros(belief.forces(merged.raw), in_air, log.channels, weight_n)
+
+
+def _exchanged(log: Log, belief: Belief) -> list[Finding]:
+    """Cells whose plugs are exchanged, by the CoP that the motion demands."""
     reference = reference_of(log)
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))

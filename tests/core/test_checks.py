@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from footcal_cli.core.checks.holes import check_holes
 from footcal_cli.core.checks.legs import check_poses
 from footcal_cli.core.checks.loads import check_exchanged
-from footcal_cli.core.checks.streams import check_feet_together, check_hum
+from footcal_cli.core.checks.streams import check_feet_together, check_hum, check_zeros
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding, check_stream
 from footcal_cli.core.readings import check_glitches, resolution_of
@@ -156,3 +156,44 @@ def test_readings_of_one_load_under_each_others_names_are_named() -> None:
             (found,) = check_exchanged(cells)
             assert found.where == "cell 2, cell 5"
     assert wrong == 0
+
+
+def swings(zero_n: FloatArray, seconds: float = 60.0) -> tuple[FloatArray, np.ndarray]:
+    """Two cells of a foot that swings for half of each second; the second one has this zero."""
+    time_s = np.arange(0.0, seconds, 0.02)
+    in_air = (time_s % 1.0 < 0.5)[:, None] & np.ones(2, dtype=bool)
+    force = np.where(in_air, 0.0, 0.25 * WEIGHT_N) + np.random.default_rng(5).normal(
+        0.0, 0.02, in_air.shape
+    )
+    force[:, 1] += np.interp(time_s, np.linspace(0.0, seconds, zero_n.size), zero_n)
+    return force, in_air
+
+
+@pytest.mark.parametrize(
+    ("zero_n", "moved"),
+    [
+        (np.zeros(2), 0.0),
+        (np.array([0.0, 0.0033 * WEIGHT_N]), 0.0),  # three quarters of it are less than 0.5 %
+        (np.array([0.0, 0.02 * WEIGHT_N]), 0.015 * WEIGHT_N),
+        (0.02 * WEIGHT_N * (1.0 - np.exp(-np.arange(0.0, 8.0))), None),
+        (-0.02 * WEIGHT_N * (np.arange(61) > 30), -0.02 * WEIGHT_N),
+        # back and forth from swing to swing: where it ends is chance
+        (0.02 * WEIGHT_N * np.random.default_rng(6).normal(size=61), 0.0),
+    ],
+)
+def test_a_zero_that_moves_shows_in_the_swings(zero_n: FloatArray, moved: float | None) -> None:
+    """Means of the first and last quarter of a ramp are three quarters of its rise apart."""
+    found = check_zeros(*swings(zero_n), ("left_a", "left_b"), WEIGHT_N)
+    if moved == 0.0:
+        assert not found
+        return
+    (one,) = found
+    assert (one.code, one.where) == ("zero_moves", "left_b")
+    if moved is not None:
+        told = float(one.sentence.split(" reads ")[1].split(" N ")[0])
+        assert told == pytest.approx(abs(moved), rel=0.05)
+        assert ("more" if moved > 0 else "less") in one.sentence
+
+
+def test_of_a_few_swings_no_zero_is_known() -> None:
+    assert not check_zeros(*swings(np.array([0.0, 6.0]), 10.0), ("left_a", "left_b"), WEIGHT_N)

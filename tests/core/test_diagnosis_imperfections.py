@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.imperfections import _large_elsewhere
+from footcal_cli.core.diagnosis.investigation import investigate
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
+from tests.core.test_diagnosis_bridge import Hidden, walk_case
 
 BLOCKS, ROWS, RATE_HZ = 12, 200, 50.0
 USUAL_S = 0.002
@@ -60,3 +66,38 @@ def test_a_delay_far_beyond_the_usual_ones_stays_a_candidate(
     seconds: float, large: set[str]
 ) -> None:
     assert _large_elsewhere(*late_by(seconds)) == large
+
+
+def test_only_the_usual_sizes_of_an_effect_are_fitted_and_the_others_stay_causes() -> None:
+    """A CAD model puts the CoM off along the floor; how high it is, is a cause as any other."""
+    case = walk_case(3, duration_s=30.0)
+    problem = problem_from(case, rows_of(case), TABLE.values(), describe)
+    assert {s.parameter for s in problem.usual_of if s.effect == "com_offset"} == {
+        "com_correction_x", "com_correction_y"
+    }  # fmt: skip
+    assert {s.parameter for s in problem.signatures if s.effect == "com_offset"} == {
+        "com_correction_z"
+    }
+    assert "com_offset" not in {e.effect for e in problem.excluded}
+    assert "delay" in {e.effect for e in problem.excluded}
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        ("com_offset", {"robot": ("robot",)}, {"robot.com_correction_z": 0.03}),
+        (
+            "accel_gain",
+            {"robot": ("robot",)},
+            {"robot.accel_gain_x": 0.1, "robot.accel_gain_y": 0.1},
+        ),
+    ],
+    ids=["height", "gain"],
+)
+def test_a_height_of_the_com_and_a_gain_of_its_acceleration_are_one_set(hidden: Hidden) -> None:
+    """``p = c − z c̈ / (g + z̈)``: at one height both make the same lever longer."""
+    found = investigate(walk_case(4, hidden, duration_s=30.0), TABLE, describe)
+    assert len(found.found) == 1
+    cause = found.found[0].cause
+    named = {cause.signature.effect, *(rival.effect for rival in cause.rivals)}
+    assert named >= {"com_offset", "accel_gain"}

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding, listed
 from footcal_cli.core.signals import stretches
 
 _SUB_BINS, _FILLED_BLOCKS = 2, 3
 """A bit that is lost leaves every other block of readings empty; so many halves of blocks must be
 filled in all their quarters, which a sound channel does once in 10⁵ logs."""
-_FEWEST = 200
+_FEWEST, _FEWEST_SWINGS = 200, 3
 COARSE_STEPS = 100
 """Steps of a power of ten over the range, below which digits were lost in writing."""
 LATE_S, LATEST_S = 0.05, 0.4
@@ -32,6 +32,8 @@ HUM_BY_CHANCE, HUM_SHARE, HUM_OTHERS = 1e-8, 0.01, 0.2
 """Fisher's probability of a line, its amplitude over the range, and its power beside others'."""
 HUM_ALONE = 8.0
 """Its power over the next line's: harmonics of a gait come in rows of nearly the same size."""
+ZERO_MOVES, ZERO_SD = 0.005, 8.0
+"""Share of the weight, and sd by neighbouring swings, by which a cell's zero may move in a log."""
 LIFTED_M, EXCHANGED_SHARE = 0.006, 0.7
 """A foot is in the air above this height; it cannot carry that share of the robot there."""
 
@@ -131,6 +133,49 @@ def check_feet_together(
             f"{100 * abs(solved[1]) / weight_n:.0f} % of the weight",
             "let the cells warm up before the recording; a cell that creeps does the same",
         )  # fmt: skip
+
+
+@listed
+def check_zeros(
+    forces_n: FloatArray, in_air: BoolArray, names: Sequence[str], weight_n: float
+) -> Iterator[Finding]:
+    """Compare what cells read in the first and in the last quarter of their swings: their zeros.
+
+    The sd of a swing is that of differences between neighbouring ones (von Neumann 1941), which a
+    zero that moves slowly leaves alone.
+
+    Parameters
+    ----------
+    forces_n
+        Of the cells, shape (n, c).
+    in_air
+        Whether the foot of each cell swings, shape (n, c).
+    names
+        Of the cells.
+    weight_n
+        Of the robot.
+    """
+    for i, name in enumerate(names):
+        swings = [
+            forces_n[start + (stop - start) // 4 : stop - (stop - start) // 4, i]
+            for start, stop in stretches(in_air[:, i])
+        ]
+        means = [float(np.mean(s)) for s in swings if s.size and np.isfinite(s).all()]
+        zero = np.array(means[1:-1])  # a gait begins and ends with swings of their own
+        quarter = zero.size // 4
+        if quarter < _FEWEST_SWINGS:
+            continue
+        moved = float(zero[-quarter:].mean() - zero[:quarter].mean())
+        sd = float(np.sqrt(np.mean(np.diff(zero) ** 2) / quarter))
+        if abs(moved) > max(ZERO_MOVES * weight_n, ZERO_SD * sd):
+            yield Finding(
+                "zero_moves", "warning", name,
+                f"in the air it reads {abs(moved):.3g} N {'more' if moved > 0 else 'less'} at the "
+                f"end than at the beginning of the walk, {100 * abs(moved) / weight_n:.2g} % of "
+                "the weight",
+                "let the cells warm up, or take zeros in every swing; a calibration that is "
+                "tracked along the walk follows it, a constant one does not",
+            )  # fmt: skip
 
 
 def _late(force: FloatArray, names: Sequence[str], step_s: float) -> Iterator[Finding]:

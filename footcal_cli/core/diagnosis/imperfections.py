@@ -56,16 +56,20 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
         kept = [k for k in kept if signatures[k].effect != out]
     covers = {item.effect.name: item.covers for item in ideal.experiment.imperfections}
     names = dict.fromkeys(signatures[k].effect for k in kept)
+    fitted = {(signatures[k].effect, signatures[k].parameter) for k in kept}
+    fitted |= {(e, p.name) for own in names for e in covers[own] for p in TABLE[e].sizes}
+    # of a CoM that is off along the floor every log has some; its height is a cause as before
+    rest = problem.without_sizes(fitted)
+    open_still = {s.effect for s in rest.signatures}
     effects = dict.fromkeys(name for own in names for name in (own, *covers[own]))
     reason = f"fitted as a usual imperfection of a {ideal.experiment.name}"
+    whole = [e for e in effects if e in TABLE and e not in open_still]
     return replace(
-        problem.without(*effects),
+        rest,
         usual=columns[:, kept],
         usual_of=tuple(signatures[k] for k in kept),
-        excluded=(
-            *problem.excluded, *(Excluded(e, "", reason) for e in effects if e in TABLE)
-        ),
-    )  # fmt: skip
+        excluded=(*problem.excluded, *(Excluded(e, "", reason) for e in whole)),
+    )
 
 
 def _large_elsewhere(

@@ -89,6 +89,16 @@ def _accel_bias(log: Log, theta: Theta) -> FloatArray:
     return _turned(_triple(theta, "accel_bias"), heading_rad(log))
 
 
+def _gain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    yaw_rad = heading_rad(log)
+    return _turned(_turned(acc, -yaw_rad) * (1.0 + _triple(theta, "accel_gain")), yaw_rad), state
+
+
+def _ungain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    yaw_rad = heading_rad(log)
+    return _turned(_turned(acc, -yaw_rad) / (1.0 + _triple(theta, "accel_gain")), yaw_rad), state
+
+
 def _com(log: Log, theta: Theta) -> FloatArray:
     return _turned(_triple(theta, "com_correction"), heading_rad(log))
 
@@ -193,6 +203,25 @@ ACCEL_BIAS = Effect(
     needs=("com_acc_mps2",),
     mimics=("imu_tilt", "com_offset", "floor_slope"),
     separates="flip the inertial unit; squat",
+)
+
+ACCEL_GAIN = Effect(
+    name="accel_gain",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=tuple(
+        EffectParameter(f"accel_gain_{axis}", "-", 0.0, -0.5, 0.5, 0.05) for axis in "xyz"
+    ),
+    apply=on_known("com_acc_mps2", _gain),
+    remove=on_known("com_acc_mps2", _ungain),
+    experiments=("walk",),
+    formula="a_shown = R(heading) diag(1 + s) R(heading)ᵀ a, gravity not included",
+    source="data sheets of inertial units: scale factor; derivatives of smoothed positions fall "
+    "short of their peaks",
+    remedy="check the range of the accelerometer, or differentiate with a shorter window",
+    needs=("com_acc_mps2",),
+    mimics=("com_offset", "angular_momentum", "accel_bias"),
+    separates="squats at three heights: the lever of an acceleration is the height of the CoM",
 )
 
 ANGULAR_MOMENTUM = Effect(
@@ -302,4 +331,4 @@ CHANGE_OF_FOOT = Effect(
 )
 """No row of the table: fitted beside every cause of a walk."""
 
-EFFECTS = (MASS, COM_OFFSET, IMU_TILT, FLOOR_SLOPE, ACCEL_BIAS, ANGULAR_MOMENTUM)
+EFFECTS = (MASS, COM_OFFSET, IMU_TILT, FLOOR_SLOPE, ACCEL_BIAS, ACCEL_GAIN, ANGULAR_MOMENTUM)
