@@ -15,7 +15,7 @@ from tests.conftest import Run
 
 CELLS = {"fl": (0.10, 0.045), "fr": (0.10, -0.045), "rl": (-0.08, 0.045), "rr": (-0.08, -0.045)}
 FEET_Y = {"left": 0.11, "right": -0.11}
-STANCES, HOLD_S, MOVE_S, RATE_HZ, MASS_KG, HEIGHT_M = 16, 6.0, 0.5, 40.0, 30.0, 0.62
+STANCES, HOLD_S, MOVE_S, RATE_HZ, MASS_KG, HEIGHT_M = 16, 6.0, 0.5, 20.0, 30.0, 0.62
 GRAVITY = 9.80665
 
 
