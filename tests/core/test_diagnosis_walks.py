@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from footcal_cli.core.chain import Link
+from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.bridge import problem_from
@@ -116,9 +116,22 @@ def test_a_low_pass_may_be_steeper_than_the_tables() -> None:
     assert never_distinguished("nonlinearity", {"hinge": 0.97, "saturation": 0.995}, same) == {
         "saturation"
     }
-    assert never_distinguished("hinge", {"dead_zone": 0.97, "saturation": 0.97}, same) == {
-        "dead_zone"
-    }
+
+
+def test_knees_are_one_curve_for_loads_of_one_sign() -> None:
+    """With x > 0: ``x − s·(x − clip(x, ±L)) = x − s·max(x − L, 0)``, a hinge of −s."""
+    alike, same = {"dead_zone": 0.97, "saturation": 0.97, "nonlinearity": 0.97}, Rules().same
+    assert never_distinguished("hinge", alike, same) == {"dead_zone", "saturation"}
+    log = walk_case(3, None, duration_s=12.0).logs[0]
+    load = np.abs(log.readings) / np.abs(log.readings).max() * 10.0
+    shown = [
+        Chain((Link(TABLE[name], {"all": ROBOT.channels}),)).apply(log.with_readings(load), values)
+        for name, values in (
+            ("saturation", {"all.saturation": 0.7, "all.saturation_limit": 6.0}),
+            ("hinge", {"all.hinge": -0.7, "all.hinge_load": 6.0}),
+        )
+    ]
+    np.testing.assert_allclose(shown[0][0].readings, shown[1][0].readings, rtol=1e-12)
 
 
 def test_rows_are_whitened_within_their_sequence_however_long_the_log() -> None:

@@ -47,7 +47,7 @@ def aliases(
             for i, size in zip(members, needed, strict=True)
         )
         if possible and cos > best.get(other.effect, (other, 0.0, 0.0))[2]:
-            largest = int(np.argmax(np.abs(needed) * np.sqrt(np.diag(lib.products)[members])))
+            largest = int(np.argmax(needed**2 * np.diag(lib.products)[members]))
             best[other.effect] = (
                 lib.problem.signatures[members[largest]], float(needed[largest]), cos,
             )  # fmt: skip

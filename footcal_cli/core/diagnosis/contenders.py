@@ -91,7 +91,8 @@ def _contenders(
     places = {found[name][0].where for name in KNEES & set(found)}
     for c in order:  # a knee never stands alone: loads of one sign tell it from the other by a gain
         signature = signatures[lib.index(int(evidence.best[c]))]
-        if places and signature.effect in KNEES and signature.where in places:
+        possible = signature.lower <= evidence.size[c] <= signature.upper
+        if places and possible and signature.effect in KNEES and signature.where in places:
             found.setdefault(signature.effect, (signature, evidence.interval(c)))
     return list(found.values())
 

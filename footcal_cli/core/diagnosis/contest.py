@@ -192,7 +192,7 @@ def never_distinguished(chosen: str, alike: Mapping[str, float], same: float) ->
     """
     return {
         name for name, cos in alike.items()
-        if cos > same or name in OF_ANY_ORDER or {name, chosen} == KNEES
+        if cos > same or name in OF_ANY_ORDER or {name, chosen} <= KNEES
     }  # fmt: skip
 
 

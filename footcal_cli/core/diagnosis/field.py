@@ -6,14 +6,14 @@ Of the room of the diagnosis; `footcal_cli.core.diagnosis.contest` asks.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import Contender, fit, refitted
 from footcal_cli.core.diagnosis.kindred import Tried, kindred, left_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, GridOf, Trait
 from footcal_cli.core.inference.evidence import sign_flip_mean
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -90,8 +90,33 @@ def field_of(
         taken |= {one[0].signature.effect for one in more}
         more = refitted(subject, causes, model, answer, best.cause, taken)
         if not more:
-            return field, tried, best
+            tried = [_from_the_bend_of(best, other, field) for other in tried]
+            return field, tried, best_of(subject.table, tried, signs, rules)
         about.append(best.cause)
+
+
+def _from_the_bend_of(best: Tried, other: Tried, field: Field) -> Tried:
+    """A contender that bends, begun at the load at which the best one does, if it ends better.
+
+    One curve may have two names: a cell that stops and a hinge that closes. From bends of their own
+    their refits may end in two places.
+    """
+    its, mine = (_bend_of(field.subject, t.cause.signature) for t in (best, other))
+    there = other.cause.signature.where == best.cause.signature.where
+    if other is best or not (its and mine and there):
+        return other
+    load = best.fitted.values[f"{best.cause.signature.owners[0][0]}.{its}"]
+    begun = replace(other.cause.signature, shape=((mine, load),))
+    again = field.judged_anew(replace(other.cause, signature=begun))
+    return min(other, again, key=lambda t: float(t.loss.sum()))
+
+
+def _bend_of(subject: Subject, signature: Signature) -> str:
+    """The only shape of a curve, if it is the load at which that one bends."""
+    effect = subject.table[signature.effect]
+    one = [p.name for p in effect.shapes if p.grid_of is GridOf.LOAD]
+    bends = Trait.CURVE in effect.traits and len(effect.shapes) == len(one) == 1
+    return one[0] if bends else ""
 
 
 def best_of(

@@ -301,7 +301,7 @@ SIGN_FLIP = Effect(
 
 SATURATION = Effect(
     name="saturation",
-    traits=(Trait.CURVE, Trait.SMALL_CELL),
+    traits=(Trait.CURVE, Trait.KNEE, Trait.SMALL_CELL),
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
