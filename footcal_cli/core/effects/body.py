@@ -90,13 +90,21 @@ def _accel_bias(log: Log, theta: Theta) -> FloatArray:
 
 
 def _gain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    yaw_rad = heading_rad(log)
-    return _turned(_turned(acc, -yaw_rad) * (1.0 + _triple(theta, "accel_gain")), yaw_rad), state
+    return _scaled(acc, log, 1.0 + _level(theta)), state
 
 
 def _ungain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    return _scaled(acc, log, 1.0 / (1.0 + _level(theta))), state
+
+
+def _level(theta: Theta) -> FloatArray:
+    """Gain ahead and to the left; what changes upwards is seen as a force."""
+    return np.array([theta["accel_gain_x"][0], theta["accel_gain_y"][0], 0.0])
+
+
+def _scaled(acc: FloatArray, log: Log, by: FloatArray) -> FloatArray:
     yaw_rad = heading_rad(log)
-    return _turned(_turned(acc, -yaw_rad) / (1.0 + _triple(theta, "accel_gain")), yaw_rad), state
+    return _turned(_turned(acc, -yaw_rad) * by, yaw_rad)
 
 
 def _com(log: Log, theta: Theta) -> FloatArray:
@@ -210,12 +218,12 @@ ACCEL_GAIN = Effect(
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=tuple(
-        EffectParameter(f"accel_gain_{axis}", "-", 0.0, -0.5, 0.5, 0.05) for axis in "xyz"
+        EffectParameter(f"accel_gain_{axis}", "-", 0.0, -0.5, 0.5, 0.05) for axis in "xy"
     ),
     apply=on_known("com_acc_mps2", _gain),
     remove=on_known("com_acc_mps2", _ungain),
     experiments=("walk",),
-    formula="a_shown = R(heading) diag(1 + s) R(heading)ᵀ a, gravity not included",
+    formula="a_shown = R(heading) diag(1 + s_x, 1 + s_y, 1) R(heading)ᵀ a, gravity not included",
     source="data sheets of inertial units: scale factor; derivatives of smoothed positions fall "
     "short of their peaks",
     remedy="check the range of the accelerometer, or differentiate with a shorter window",
