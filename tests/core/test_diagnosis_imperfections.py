@@ -12,7 +12,7 @@ from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
-from tests.core.test_diagnosis_bridge import walk_case
+from tests.core.test_diagnosis_bridge import Hidden, walk_case
 
 BLOCKS, ROWS, RATE_HZ = 12, 200, 50.0
 USUAL_S = 0.002
@@ -84,7 +84,7 @@ def test_only_the_usual_sizes_of_an_effect_are_fitted_and_the_others_stay_causes
 
 def test_a_height_of_the_com_and_a_gain_of_its_acceleration_are_one_set() -> None:
     """``p = c − z c̈ / (g + z̈)``: at one height both make the same lever longer."""
-    higher = ("com_offset", {"robot": ("robot",)}, {"robot.com_correction_z": 0.03})
+    higher: Hidden = ("com_offset", {"robot": ("robot",)}, {"robot.com_correction_z": 0.03})
     found = investigate(walk_case(4, higher, duration_s=30.0), TABLE, describe)
     assert len(found.found) == 1
     cause = found.found[0].cause
