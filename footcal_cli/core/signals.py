@@ -356,6 +356,12 @@ def autocorrelation_time(series: FloatArray, sequence: IntArray | None = None) -
     return found
 
 
+def span_of(values: FloatArray) -> float:
+    """Largest less least finite value, 0 without any."""
+    good = values[np.isfinite(values)]
+    return float(np.ptp(good)) if good.size else 0.0
+
+
 def root_mean_square(values: FloatArray) -> float:
     """Of the finite values; NaN where there are none."""
     finite = values[np.isfinite(values)]

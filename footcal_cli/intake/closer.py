@@ -9,6 +9,7 @@ import numpy as np
 from footcal_cli.core.checks import holes, legs, loads, streams
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import span_of
 from footcal_cli.core.spatial import rotation_of_quaternion, rotations_of_rpy
 from footcal_cli.recipe import Robot
 from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION
@@ -136,7 +137,7 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
         for i, name in enumerate(names):
             found += streams.check_word(name, values[:, i])
         # standing loads siblings alike; only a foot that is lifted shows a cell's own gain
-        if scale and weight_n and abs(scale) * _span(values.sum(axis=1)) > LIFTED * weight_n:
+        if scale and weight_n and abs(scale) * span_of(values.sum(axis=1)) > LIFTED * weight_n:
             found += streams.check_gains_halfway(values, names)
         found += streams.check_hum(time_s, values, names)
         totals.append(values.sum(axis=1))
@@ -144,10 +145,6 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
         force = scale * np.column_stack(totals)
         found += streams.check_feet_together(time_s, force, feet, weight_n)
     return found
-
-
-def _span(values: FloatArray) -> float:
-    return float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
 
 
 def _has(table: Table, foot: str, cells: Sequence[str]) -> bool:

@@ -262,18 +262,18 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     if belief is None:
         from footcal_cli.core.pose.turned import check_turned_feet
 
-        return [*_carried(log), *check_turned_feet(log)]
+        return [*_carried(merged), *check_turned_feet(log)]
     if experiment != "walk":
         return _exchanged(log, belief)
     forces = belief.forces(merged.raw)
     wrong = check_channels_walking(log.time_s, forces, log.channels)
-    return wrong or [*_zeros(log, forces), *_exchanged(log, belief)]
+    return wrong or [*_zeros(merged, forces), *_exchanged(log, belief)]
 
 
-def _zeros(log: Log, forces_n: FloatArray) -> list[Finding]:
+def _zeros(merged: Merged, forces_n: FloatArray) -> list[Finding]:
     """Cells that read another force in the air at the end of a walk than at its beginning."""
-    weight_n = float(log.known["mass_kg"][0] * log.known["gravity_mps2"][0])
-    return check_zeros(forces_n, channel_contact(log) == 0.0, log.channels, weight_n)
+    in_air = channel_contact(merged.log) == 0.0
+    return check_zeros(forces_n, in_air, merged.log.channels, merged.weight_n)
 
 
 def _exchanged(log: Log, belief: Belief) -> list[Finding]:
@@ -298,14 +298,14 @@ def _unhurried(log: Log, cop_m: FloatArray, rows: IntArray) -> IntArray:
     return slow
 
 
-def _carried(log: Log) -> list[Finding]:
+def _carried(merged: Merged) -> list[Finding]:
     """Vertical force of six-axis feet against the weight of the robot."""
+    log = merged.log
     feet = log.known["foot_rot_wt"].shape[1]
     force = log.readings.reshape(len(log), feet, 6)[..., :3]
     vertical = np.einsum("nkj,nkj->nk", log.known["foot_rot_wt"][:, :, 2, :], force)
     total = vertical.sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
-    weight = float(log.known["mass_kg"][0] * log.known["gravity_mps2"][0])
-    return check_total_force(total, weight, "all feet")
+    return check_total_force(total, merged.weight_n, "all feet")
 
 
 def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:

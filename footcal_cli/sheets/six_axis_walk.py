@@ -110,8 +110,7 @@ def verdict_of(found: SixAxisReplay) -> VerdictRecord:
     ]
     known = sum(s is Status.ESTIMATED for s in found.estimates.status)
     consistent = found.consistency.as_claimed
-    known_of = found.merged.log.known
-    small = after < POOR_SHARE * float(known_of["mass_kg"][0] * known_of["gravity_mps2"][0])
+    small = after < POOR_SHARE * found.merged.weight_n
     return VerdictRecord(
         level="good"
         if consistent and small and after < before and not sure and not gone

@@ -108,8 +108,7 @@ def verdict_of(found: Comparison, method: str, mass_sd: float) -> VerdictRecord:
         )
     worse = cop[1] > cop[0]
     known = found.merged.log.known
-    weight_n = float(known["mass_kg"][0] * known["gravity_mps2"][0])
-    if not (cop[1] < POOR_COP_MM and force[1] < POOR_SHARE * weight_n):
+    if not (cop[1] < POOR_COP_MM and force[1] < POOR_SHARE * found.merged.weight_n):
         actions.append("Run diagnose: the residual is large, so something is not in the model.")
         alarms += 1
     if not np.any(known["angmom_rate_nm"]):

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from footcal_cli.core.bench.split_lines import split_lines
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import straightness
+from footcal_cli.core.signals import span_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Blank
@@ -62,7 +62,7 @@ def followers(
         rows = codes == at
         if np.unique(force[rows]).size < 2:
             return {}
-        moved = [c for c in cells if _range(numbers_of(c)[rows]) > _IDLE * _range(numbers_of(c))]
+        moved = [c for c in cells if span_of(numbers_of(c)[rows]) > _IDLE * span_of(numbers_of(c))]
         if len(moved) != 1 or straightness(force[rows], numbers_of(moved[0])[rows]) < _FOLLOWS:
             return {}
         found[word] = moved[0]
@@ -90,12 +90,6 @@ def one_cell_moves(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
     second, first = np.sort(share, axis=1)[:, -2:].T
     alone = second < _IDLE * first
     return bool(alone.mean() >= _ALONE and np.unique(share.argmax(axis=1)[alone]).size > 1)
-
-
-def _range(values: FloatArray) -> float:
-    """Largest less least number, 0 without any."""
-    good = values[np.isfinite(values)]
-    return float(np.ptp(good)) if good.size else 0.0
 
 
 def _plain(name: str) -> str:

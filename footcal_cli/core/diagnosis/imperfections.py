@@ -58,7 +58,7 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     names = dict.fromkeys(signatures[k].effect for k in kept)
     fitted = {(signatures[k].effect, signatures[k].parameter) for k in kept}
     fitted |= {(e, p.name) for own in names for e in covers[own] for p in TABLE[e].sizes}
-    # of a CoM that is off along the floor every log has some; its height is a cause as before
+    # every log has a CoM that is off along the floor; one at the wrong height is a cause
     rest = problem.without_sizes(fitted)
     open_still = {s.effect for s in rest.signatures}
     effects = dict.fromkeys(name for own in names for name in (own, *covers[own]))

@@ -118,6 +118,12 @@ class Merged:
     imu_acc_mps2: FloatArray | None
     imu_gyro_radps: FloatArray | None
 
+    @property
+    def weight_n(self) -> float:
+        """Weight that the feet carry, of the first sample, N."""
+        known = self.log.known
+        return float(known["mass_kg"][0] * known["gravity_mps2"][0])
+
     def part(self, start: int, stop: int) -> Merged:
         """Samples ``start:stop``; clocks and rate stay those of the whole."""
         cut = slice(start, stop)
