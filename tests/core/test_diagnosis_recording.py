@@ -13,7 +13,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.experiments.contract import Balance
 from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.grams import whitened_grams
-from footcal_cli.core.inference.ideal import _reading_share
+from footcal_cli.core.inference.ideal import _noise, _reading_share
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -71,8 +71,9 @@ def test_readings_that_stand_still_at_rest_are_not_free_of_noise() -> None:
     derivative[:, 0] = 1.0
     derivative[:, 1, 0] = 1.0
     balance = Balance(("fz", "left_0"), ("N", "N"), error, np.ones((2000, 2), dtype=bool))
-    assert _reading_share(balance, derivative, 1, 0.0)[0] == 0.0
-    assert _reading_share(balance, derivative, 1, 1.0)[0] == pytest.approx(1.0, abs=0.1)
+    noise = _noise(balance, 1)
+    assert _reading_share(noise, derivative, balance.valid, 0.0)[0] == 0.0
+    assert _reading_share(noise, derivative, balance.valid, 1.0)[0] == pytest.approx(1.0, abs=0.1)
 
 
 def _stances(count: int, seconds: float) -> Log:

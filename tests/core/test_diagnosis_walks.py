@@ -21,6 +21,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import every, residual, rows_of
 from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.signatures import library_columns
 from footcal_cli.core.inference.whitening import Noise, RowWhitener
@@ -197,6 +198,22 @@ def test_only_judged_rows_are_balanced_and_nothing_changes(effect: str) -> None:
     error = case.experiment.balance(chain.remove(log, values)[0]).error
     assert found == pytest.approx(error[rows.row, rows.column] / rows.noise, abs=1e-9)
     assert len(case.judged[0]) == len(every(log, case.stride))
+
+
+def test_readings_without_noise_are_the_same_on_the_judged_rows_alone() -> None:
+    case = walk_case(3, None, duration_s=12.0)
+    row = TABLE["nonlinearity"]
+    chain = case.chain.with_link(Link(row, {"left_fl": ("left_fl",)}))
+    values = {**case.values, f"left_fl.{row.size.name}": 0.5 * row.size.prior_sd}
+    whole = balanced(case, values, chain)
+    few = balanced(case, values, chain, judged=True)
+    assert few.stride == 1 < case.stride
+    assert few.logs[0].readings == pytest.approx(whole.judged[0].readings, rel=1e-9)
+    lag = TABLE["lag"]
+    remembering = chain.with_link(Link(lag, {"left_fl": ("left_fl",)}))
+    values[f"left_fl.{lag.size.name}"] = 0.01
+    all_rows = balanced(case, values, remembering, judged=True)
+    assert len(all_rows.logs[0]) == len(case.logs[0])
 
 
 def test_a_hanging_sole_comes_on_over_the_transition() -> None:

@@ -16,7 +16,7 @@ from footcal_cli.core.diagnosis.bridge import (
     numbered,
     problem_from,
 )
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.case import Case, Rows, residual
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.noise_credit import shrinkage
@@ -118,7 +118,7 @@ class Subject:
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
         within = self.problem.calibration_turn
-        calibration, turn = calibration_of(model.ideal, self.rows, within)
+        calibration, turn = calibration_of(model.judged, self.rows, within)
         return replace(
             self.problem.without_usual({c.signature.effect for c in causes}),
             residual=model.residual,
@@ -126,7 +126,7 @@ class Subject:
             calibration_names=numbered(calibration),
             calibration_turn=turn,
             known=known_of(self.case, turn),
-            held=held_of(model.ideal, self.rows),
+            held=held_of(model.judged, self.rows),
             accepted=self._accepted(model, causes),
             columns=self.problem.columns[:, :0],
             signatures=(),
@@ -144,13 +144,13 @@ class Subject:
 
     def beside(self, model: Refit, signatures: Iterable[Signature]) -> FloatArray:
         """What candidates would add to an extended model, at unit RMS, shape (m, k)."""
-        ideal = model.ideal
         taken = {(link.effect.name, owner) for link in model.chain.links for owner in link.owners}
         new = [
             signature for signature in dict.fromkeys(signatures)
             if not any((signature.effect, owner) in taken for owner, _ in signature.owners)
         ]  # fmt: skip
-        columns = self.columns(ideal, new)
+        remembers = any(Trait.MEMORY in self.table[s.effect].traits for s in new)
+        columns = self.columns(model.ideal if remembers else model.judged, new)
         return unit_columns(np.stack(columns, axis=1) if columns else model.columns[:, :0])
 
     def without_credit(self, extended: Problem, fitted: Refit) -> Problem:

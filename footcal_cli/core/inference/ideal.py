@@ -11,12 +11,15 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.experiments.contract import Balance
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 
 TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis
+_FEW_STEPS = 10
 
 
-def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None) -> Case:
+def balanced(
+    case: Case, values: Mapping[str, float], chain: Chain | None = None, *, judged: bool = False
+) -> Case:
     """The same recordings as they would be had nothing been wrong and no noise been there.
 
     ``F′ = F − Σ Aᵀ (A Σ Aᵀ)⁻¹ e``: the smallest change of the readings, in units of their noise,
@@ -24,63 +27,109 @@ def balanced(case: Case, values: Mapping[str, float], chain: Chain | None = None
     calibration columns are taken there. Taken at the noisy readings they would share their noise
     with the residual: a free scale and a known load then explain every error away, and clean data
     look like a gain error.
+
+    Parameters
+    ----------
+    judged
+        Whether the judged rows are enough; of a chain with a memory all are returned.
     """
     used = chain or case.chain
+    few = judged and case.stride > 1 and not used.remembers(values)
     logs = []
-    for log in case.logs:
-        truth, _ = used.remove(log, values)
-        balance = case.experiment.balance(truth)
-        error = np.where(balance.valid, balance.error, 0.0)
-        spread = np.where(np.char.find(np.array(log.channels), ".t") >= 0, TORQUE_SHARE, 1.0)
-        derivative = np.empty((*error.shape, len(log.channels)))
-        for c in range(len(log.channels)):
-            moved = truth.readings.copy()
-            moved[:, c] += spread[c]
-            change = case.experiment.balance(truth.with_readings(moved)).error - balance.error
-            derivative[:, :, c] = np.where(balance.valid & np.isfinite(change), change, 0.0)
-        error = np.nan_to_num(error)
-        share = np.ones(error.shape[1])
+    for number, log in enumerate(case.logs):
+        whole = used.remove(log, values)[0]
+        truth = used.remove(case.judged[number], values)[0] if few else whole
+        balance, derivative, spread = _linearised(case, truth)
+        share = np.ones(len(balance.outputs))
         if case.demand_noisy:
-            share = _reading_share(balance, derivative, case.stride, case.reading_noise_n)
-        normal = derivative @ derivative.transpose(0, 2, 1)
-        trace = np.einsum("nii->n", normal)
-        diagonal = np.einsum("nii->ni", normal)  # a view
-        diagonal += (1e-10 * trace + 1e-300)[:, None]
-        pull = np.linalg.solve(normal, (share * error)[..., None])
-        change = np.einsum("nkc,nk->nc", derivative, pull[..., 0]) * spread
+            every = case.experiment.balance(whole) if few else balance
+            at = slice(None, None, 1 if few else case.stride)
+            noise = _noise(every, case.stride)
+            share = _reading_share(noise, derivative[at], balance.valid[at], case.reading_noise_n)
+        error = np.where(balance.valid, np.nan_to_num(balance.error), 0.0)
+        change = _least_change(derivative, share * error, balance.valid) * spread
         ideal = truth.with_readings(truth.readings - change)
         if case.demand_noisy:
             ideal = _demand_moved(ideal, case.experiment.balance(ideal))
         logs.append(used.apply(ideal, values)[0])
-    return replace(case, logs=tuple(logs))
+    return replace(case, logs=tuple(logs), stride=1 if few else case.stride)
 
 
-def _reading_share(
-    balance: Balance, derivative: FloatArray, stride: int, least_n: float
-) -> FloatArray:
-    """Share of each output's noise that comes from the readings, shape (k,).
+def _linearised(case: Case, truth: Log) -> tuple[Balance, FloatArray, FloatArray]:
+    """Balance of a log, its derivative by the readings in units of noise, (n, k, c), and these."""
+    balance = case.experiment.balance(truth)
+    spread = np.where(np.char.find(np.array(truth.channels), ".t") >= 0, TORQUE_SHARE, 1.0)
+    derivative = np.empty((*balance.error.shape, spread.size))
+    for c in range(spread.size):
+        moved = truth.readings.copy()
+        moved[:, c] += spread[c]
+        change = case.experiment.balance(truth.with_readings(moved)).error - balance.error
+        derivative[:, :, c] = np.where(balance.valid & np.isfinite(change), change, 0.0)
+    return balance, derivative, spread
 
-    The noise of single channels is seen where they must read zero (swing); noise is what changes
-    from one judged row to the next. It is at least `least_n`: under load it may be larger, and a
-    coarse converter shows none at rest.
+
+def _least_change(derivative: FloatArray, error: FloatArray, valid: BoolArray) -> FloatArray:
+    """``Aᵀ (A Aᵀ)⁻¹ e`` of each row, (n, c); rows with the same valid outputs are solved at once.
+
+    Parameters
+    ----------
+    derivative
+        A in units of the channels' noise, zero where an output is not valid, (n, k, c).
+    error, valid
+        e and the outputs that count, (n, k).
     """
-    noise = np.zeros(len(balance.outputs))
+    change = np.zeros((len(derivative), derivative.shape[2]))
+    pattern = np.packbits(valid, axis=1).astype(np.int64) @ 256 ** np.arange(
+        -(-valid.shape[1] // 8)
+    )
+    kinds, first, kind = np.unique(pattern, return_index=True, return_inverse=True)
+    for number in range(kinds.size):
+        rows, outputs = np.flatnonzero(kind == number), np.flatnonzero(valid[first[number]])
+        if not outputs.size:
+            continue
+        one = derivative[np.ix_(rows, outputs)]
+        normal = one @ one.transpose(0, 2, 1)
+        diagonal = np.einsum("nii->ni", normal)  # a view
+        diagonal += (1e-10 * diagonal.sum(axis=1) + 1e-300)[:, None]
+        pull = np.linalg.solve(normal, error[np.ix_(rows, outputs)][..., None])
+        change[rows] = np.einsum("nkc,nk->nc", one, pull[..., 0])
+    return change
+
+
+def _noise(balance: Balance, stride: int) -> FloatArray:
+    """Squared noise of each output, NaN where few rows count, (k,): steps between judged rows."""
+    noise = np.full(len(balance.outputs), np.nan)
     for k in range(noise.size):
         both = balance.valid[stride:, k] & balance.valid[:-stride, k]
         steps = (balance.error[stride:, k] - balance.error[:-stride, k])[both]
-        noise[k] = np.median(np.abs(steps)) ** 2 * 1.4826**2 / 2.0 if steps.size > 10 else np.nan
-    moved_by = np.zeros(derivative.shape[:2], dtype=np.int64)
-    for c in range(derivative.shape[2]):
-        moved_by += derivative[:, :, c] != 0.0
-    single = moved_by.max(axis=0, initial=0) == 1
+        if steps.size > _FEW_STEPS:
+            noise[k] = np.median(np.abs(steps)) ** 2 * 1.4826**2 / 2.0
+    return noise
+
+
+def _reading_share(
+    noise: FloatArray, derivative: FloatArray, valid: BoolArray, least_n: float
+) -> FloatArray:
+    """Share of each output's noise that comes from the readings, shape (k,).
+
+    The noise of single channels is seen where they must read zero (swing). It is at least
+    `least_n`: under load it may be larger, and a coarse converter shows none at rest.
+
+    Parameters
+    ----------
+    noise
+        Squared, of each output, (k,).
+    derivative, valid
+        Of the judged rows, (n, k, c) and (n, k).
+    """
+    single = np.count_nonzero(derivative, axis=2).max(axis=0, initial=0) == 1
     share = np.ones(noise.size)
     if not np.isfinite(noise[single]).any():
         return share
     of_reading = max(float(np.nanmedian(noise[single])), least_n**2)
-    for k in range(noise.size):
-        if not single[k] and np.isfinite(noise[k]):
-            lever = float(np.mean(np.sum(derivative[balance.valid[:, k], k] ** 2, axis=1)))
-            share[k] = np.clip(of_reading * lever / max(noise[k], 1e-300), 0.0, 1.0)
+    for k in np.flatnonzero(~single & np.isfinite(noise)):
+        lever = float(np.mean(np.sum(derivative[valid[:, k], k] ** 2, axis=1)))
+        share[k] = np.clip(of_reading * lever / max(noise[k], 1e-300), 0.0, 1.0)
     return share
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -118,10 +119,12 @@ class Refit:
         calibration columns, shape (m, len(names)).
     residual
         At the optimum, with the calibration refitted by the caller's columns, shape (m,).
-    ideal
-        The recordings as they would be had nothing but the model been wrong, without noise.
+    judged
+        As `ideal`; the judged rows alone where the model has no memory.
     converged
         Whether the iteration ended by itself.
+    baseline
+        The case that was fitted, without the model.
     """
 
     chain: Chain
@@ -131,8 +134,17 @@ class Refit:
     scatter: Scatter
     columns: FloatArray
     residual: FloatArray
-    ideal: Case
+    judged: Case
     converged: bool
+    baseline: Case
+
+    @cached_property
+    def ideal(self) -> Case:
+        """The recordings as they would be had nothing but the model been wrong, without noise."""
+        if self.judged.stride == self.baseline.stride:
+            return self.judged
+        whole = balanced(self.baseline, self.values, self.chain)
+        return whole.extended(self.chain, self.values)
 
 
 def refit(
@@ -164,7 +176,7 @@ def refit(
         chain = extended_chain(chain, effect, signature)
         freed += freed_of(effect, signature)
     values = {**case.values, **start}
-    ideal = balanced(case, values, chain)
+    ideal = balanced(case, values, chain, judged=True)
     columns = _columns(ideal, rows, chain, values, freed)
     kept = seen(freed, problem, columns)
     fit = _Fit(case, rows, problem, chain, tuple(kept))
@@ -196,7 +208,7 @@ def refit(
     names = tuple(f.name for f in fit.freed)
     return Refit(
         chain, at.values, names, intervals, scatter, at.columns, at.residual,
-        at.ideal.extended(chain, at.values), converged,
+        at.ideal.extended(chain, at.values), converged, case,
     )  # fmt: skip
 
 
@@ -234,7 +246,7 @@ class _Fit:
 
     def at(self, values: Mapping[str, float], near: _Point | None = None) -> _Point:
         """The model at some values; noise and linearisation of a point near by, if given."""
-        ideal = near.ideal if near else balanced(self.case, values, self.chain)
+        ideal = near.ideal if near else balanced(self.case, values, self.chain, judged=True)
         columns = _columns(ideal, self.rows, self.chain, values, self.freed)
         return self.linearised(values, ideal, columns, near)
 

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.blocks import cut_balanced
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
-from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.case import FOLLOWED_HZ, Case, every
 from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.six_axis import PRIOR_SD
@@ -55,6 +55,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     weight = session.recipe.robot.weight_n or 700.0
     rate = rate_of(logs[0], recordings[0].name)
     walks = kind == "walk"
+    often = max(int(rate / FOLLOWED_HZ), 1) if walks else 1
+    logs = [every(log, often) for log in logs]
     case = Case(
         experiment=experiment,
         logs=tuple(logs),
@@ -66,7 +68,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=options.tolerance_mm / 1000.0 * weight,
         drifts=walks,
         alike=False,
-        stride=max(round(rate / _JUDGED_HZ), 1) if walks else 1,
+        stride=max(round(rate / often / _JUDGED_HZ), 1) if walks else 1,
         groups={c: "swing force" if ".f" in c else "swing torque" for c in channels},
         one_recording=len(logs) == 1,
         pieces=not walks,
