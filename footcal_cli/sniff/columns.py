@@ -57,6 +57,8 @@ _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
 _LEAST_SUMMARIES = 2
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
+_OF_A_ROW = {"channel", "ch", "kanal", "canal", "sensor", "cell", "zelle"}
+"""Names of columns that say which channel a row is of, if they hold a few whole numbers."""
 _TICKS, _TICKING = 12, 0.7
 """Rows in which no reading only ever increases, and how many of these steps are not none."""
 _COUNTS_UP_TO = 100
@@ -159,8 +161,9 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     if raw.kind == "text":
         return _where_read(text_column(column, name, unit, raw))
     values = np.asarray(raw.values, dtype=np.float64)
-    if name.quantity == "label" and (words := numbers_as_labels(values)):
-        return replace(words, column=column, name=name)
+    counted = name.quantity == "label" or called.strip().lower() in _OF_A_ROW
+    if counted and (words := numbers_as_labels(values)):
+        return replace(words, column=column, name=replace(name, quantity="label"))
     if raw.kind == "truth" or not np.isfinite(values).any():
         name = replace(name, quantity="other")
         return ColumnGuess(column, name, None, "likely", "empty, or true and false", values)
@@ -198,7 +201,9 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
             # a force that something calibrated before has read, and one alone
             forces = [c for c in counted if c.quantity == "force"]
             others = forces if len(forces) == 1 and forces[0].name.axis in ("", "fz") else []
-        if len(loads) == 1 and any(c.values is not None for c in others):
+        like = {c.column.partition(".")[2] for c in others} - {""}  # of a turned table
+        alone = len(loads) == 1 and loads[0].column.partition(".")[2] not in like
+        if alone and any(c.values is not None for c in others):
             return counted
         return _straightest(found)
     return found
@@ -319,6 +324,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column
     if column.quantity == "contact" and np.isin(values, (0.0, 1.0)).all():
         return column
+    if column.quantity == "contact" and np.isin(np.diff(values), (0.0, 1.0)).all():
+        return column.as_quantity("sequence", "likely", "counts up: the number of a stance")
     if column.quantity in ("label", "contact"):
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):

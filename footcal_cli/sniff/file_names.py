@@ -37,6 +37,9 @@ class Beside:
     by: str
     offset_s: float = 0.0
     why: str = ""
+    how: str = ""
+    tolerance_s: float = 0.1
+    apart_s: float = 0.0
 
 
 @dataclass(frozen=True)

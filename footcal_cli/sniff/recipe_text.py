@@ -169,6 +169,9 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         own.append(f"rate_hz = {plan.rate_hz:g}    # {why}")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
+        if beside.how:
+            offset += f", how = {_quoted(beside.how)}, tolerance_s = {beside.tolerance_s:g}"
+            offset += f", apart_s = {beside.apart_s:g}" * bool(beside.apart_s)
         apart = beside.file.path.parent != part.paths[0].parent
         place = Path(os.path.relpath(beside.file.path, part.paths[0].parent))
         name = _quoted(place.as_posix() if apart else beside.file.path.name)
@@ -212,6 +215,7 @@ def _layout_lines(file: FileGuess) -> list[str]:
     if layout.pivot is not None:
         by, labels = map(_list, (layout.pivot.by, layout.pivot.labels))
         at = f", at = {_quoted(layout.pivot.at)}" if layout.pivot.at else ""
+        at += f", held = {_list(layout.pivot.held)}" if layout.pivot.held else ""
         lines.append(f"pivot = {{ by = {by}, labels = {labels}{at} }}    # one row per sample")
     if layout.separator != plain.separator:
         name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)

@@ -68,6 +68,9 @@ def _in_rows(numbers: Sequence[float], raw: RawColumn) -> FloatArray:
     return values
 
 
+_PLAIN = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+
+
 def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) -> ColumnGuess:
     """Dates, numbers with a unit beside them, or labels."""
     words = [str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True) if not e]
@@ -106,6 +109,9 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         ])  # fmt: skip
         why = f"numbers; {', '.join(nothing)} is taken for no reading"
         return ColumnGuess(column, name, unit, "likely", why, numbers, missing=nothing)
+    if words and all(_PLAIN.fullmatch(word) for word in words):  # the words are of other variables
+        values = _in_rows([float(word) for word in words], raw)
+        return ColumnGuess(column, name, unit, "likely", "its name", values)
     weighed = _with_units(column, name, words, raw) or _among_words(column, name, words, raw)
     weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
