@@ -36,6 +36,7 @@ from footcal_cli.sniff.texts import (
     FEW,
     numbers_as_labels,
     part_of_the_words,
+    taking_turns,
     text_column,
     units_beside,
 )
@@ -118,7 +119,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         if c.quantity == "time" and c.column in halting else c for c in columns
     ]  # fmt: skip
     if text.layout.line:
-        columns = [part_of_the_words(column) for column in columns]
+        columns = [taking_turns(part_of_the_words(column)) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
     columns = joined_registers(columns)
     pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)

@@ -190,6 +190,8 @@ def _parts_of(word: str) -> list[str]:
     """Known words within one that is written without blanks: Chinese, Japanese, ``Sollkraft``."""
     if compound := _ASKED_OR_MEASURED.fullmatch(word):
         return list(compound.groups())
+    if word in ("dcom", "ddcom"):
+        return [word[:-3], "com"]
     if word.isascii() or word in WORDS or word < "\u3000":
         return [word]
     return [known for known in WORDS if known > "\u3000" and known in word] or [word]

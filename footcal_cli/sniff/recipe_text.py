@@ -102,14 +102,15 @@ def listing(parts: Sequence[Part]) -> list[str]:
     """What every column was taken for, a line each."""
     lines = []
     for part in parts:
+        alike = len(part.paths) - 1
         for file in (part.plan.file, *(b.file for b in part.beside)):
             said = "; ".join(file.text.said)
             rate = f", {file.rate_hz:.4g} Hz" if file.rate_hz else ""
             lines.append(
                 f"{file.path.name}: {file.rows} rows{rate}" + (f"; {said}" if said else "")
             )
-        if len(part.paths) > 1:
-            lines.append(f"  and {len(part.paths) - 1} more like it")
+            if alike and file is part.plan.file:
+                lines.append(f"  and {alike} more like it")
         lines.append(f"  {part.plan.sure}: {part.plan.kind}, by {part.plan.why}")
         used: dict[str, tuple[str, Entry]] = {}
         choosing: set[str] = set()

@@ -238,7 +238,7 @@ def _only_where(
         elsewhere |= np.array([str(word).strip() != said for word in words])
         nothing &= columns[name].empty
     values = raw.values.copy()
-    values[elsewhere] = "0" if raw.kind == "text" else 0
+    values[elsewhere & ~nothing] = "0" if raw.kind == "text" else 0
     return replace(raw, values=values, empty=raw.empty & ~elsewhere | nothing)
 
 
