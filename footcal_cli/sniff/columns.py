@@ -58,8 +58,9 @@ _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
 _LEAST_SUMMARIES = 2
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
-_OF_A_ROW = {"channel", "ch", "kanal", "canal", "sensor", "cell", "zelle"}
-"""Names of columns that say which channel a row is of, if they hold a few whole numbers."""
+OF_A_ROW = {"channel", "ch", "kanal", "canal", "sensor", "cell", "zelle"}
+"""Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
+_OFTEN = 0.5
 _TICKS, _TICKING = 12, 0.7
 """Rows in which no reading only ever increases, and how many of these steps are not none."""
 _COUNTS_UP_TO = 100
@@ -162,7 +163,8 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     if raw.kind == "text":
         return _where_read(text_column(column, name, unit, raw))
     values = np.asarray(raw.values, dtype=np.float64)
-    counted = name.quantity == "label" or called.strip().lower() in _OF_A_ROW
+    turns = called.strip().lower() in OF_A_ROW and np.mean(np.diff(values) != 0) > _OFTEN
+    counted = name.quantity == "label" or turns
     if counted and (words := numbers_as_labels(values)):
         return replace(words, column=column, name=replace(name, quantity="label"))
     if raw.kind == "truth" or not np.isfinite(values).any():

@@ -10,19 +10,25 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.sniff.columns import OF_A_ROW
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import of
+from footcal_cli.sniff.plan import Blank, of
+from footcal_cli.sniff.texts import numbers_as_labels
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import time_of
 
 _FEWER = 4
 """A stamp of a protocol is of so many rows of the log at least."""
 _LEAST_ROWS = 3
+_TYPED_S = 2.0
+"""Nobody notes more often what was put on; a reference that was recorded is joined otherwise."""
+_HALF_HOUR_S = 1800.0
+"""Time zones differ by multiples of it."""
 _MARGINS = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
 """Of the shortest hold, what is left out at its two ends."""
 _RESTLESS = 3.0
@@ -30,7 +36,12 @@ _RESTLESS = 3.0
 
 
 def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
-    """A log of cells with the loads of another file, by stamps or numbers; None without these."""
+    """A log of cells with the loads of another file, by stamps or numbers; None without these.
+
+    Clocks that have nothing in common are taken for those of two time zones. Where the readings
+    never stand still between the stamps, right stamps are asked for.
+    """
+    sheet = replace(sheet, columns=tuple(_cell_numbers(c) for c in sheet.columns))
     loads = [c for c in sheet.of("load") if c.values is not None]
     if len(loads) != 1 or file.of("load") or readings(sheet) or wrenches(numbered(file)):
         return None
@@ -38,16 +49,19 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     if not cells or keys is None:
         return None
     (ours, at), (theirs, since), until = keys
-    if not np.all(np.diff(since) > 0) or at[-1] < since[0] or at[0] > since[-1]:
-        return None
     timed = ours.quantity == "time"
-    if timed and sheet.rows * _FEWER > file.rows:
+    if since.size < _LEAST_ROWS or not np.all(np.diff(since) > 0):
         return None
+    if timed and (sheet.rows * _FEWER > file.rows or np.median(np.diff(since)) < _TYPED_S):
+        return None
+    common = at[-1] >= since[0] and at[0] <= since[-1]
+    offset = 0.0 if common else _HALF_HOUR_S * float(np.round((at[0] - since[0]) / _HALF_HOUR_S))
+    since, until = since + offset, None if until is None else until + offset
     ends = np.append(since[1:], max(at[-1], since[-1] + np.median(np.diff(since))))
     ends = ends if until is None else np.minimum(ends, until)
     apart = _apart(at, since, ends, cells) if timed else 0.0
-    if apart is None:
-        return None
+    if apart is None or (offset and not timed):
+        return _asked(file, sheet) if sheet.of("label") else None
     longest = float(np.max(ends - since)) if until is None else float(np.min(ends - since))
     on = _holds(at, since, since + longest, apart)
     stem = sheet.path.name.rsplit(".", 1)[0]
@@ -74,8 +88,33 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     beside = replace(sheet, columns=(clock, *(c for c in sheet.columns if c is not theirs)))
     said = "what it says holds until its next row"
     said += f"; rows closer to a stamp than apart_s = {apart:g} are left out" * bool(apart)
-    join = Beside(beside, "time", 0.0, said, "previous", longest, apart)
+    join = Beside(beside, "time", offset, said, "previous", longest, apart)
+    if offset:
+        said = f"{sheet.path.name}: its clock is taken to be {offset / 3600:+g} h off"
+        plan = replace(plan, warnings=(*plan.warnings, said))
     return Part(plan, (file.path,), escaped(file.path.name), (join,))
+
+
+def _cell_numbers(column: ColumnGuess) -> ColumnGuess:
+    """A column of the numbers of cells, which do not take turns in a protocol, as their names."""
+    if column.values is None or column.column.strip().lower() not in OF_A_ROW:
+        return column
+    words = numbers_as_labels(column.values)
+    return column if words is None else replace(words, column=column.column)
+
+
+def _asked(file: FileGuess, sheet: FileGuess) -> Part | None:
+    """The log alone, and right stamps asked for."""
+    plan = plan_of(file)
+    if plan is None:
+        return None
+    asked = Blank(
+        (f"# {sheet.path.name}: correct its stamps, then footcal init of both logs again",),
+        f"{sheet.path.name} does not say what lay where: between its stamps the readings do not "
+        "stand still, so correct its stamps and run init again; without it",
+    )  # fmt: skip
+    plan = replace(plan, blanks=(asked, *plan.blanks))
+    return Part(plan, (file.path,), escaped(file.path.name))
 
 
 def _keys(

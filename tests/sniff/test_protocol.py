@@ -64,6 +64,28 @@ def test_a_protocol_whose_holds_are_never_still_is_not_joined(tmp_path: Path) ->
     assert not any(b.how == "previous" for part in parts for b in part.beside)
 
 
+@pytest.mark.parametrize(("late_s", "offset_s"), [(3600.0, -3600.0), (10.0, None)])
+def test_a_clock_of_another_zone_is_known_and_one_that_is_wrong_asked_for(
+    tmp_path: Path, late_s: float, offset_s: float | None
+) -> None:
+    rng, loads = np.random.default_rng(4), (0, 500, 1000, 0)
+    lines, noted, t = ["time_s,A,B"], ["time_s,cell,load_g"], 0.0
+    for on in range(2):
+        for load in loads:
+            noted.append(f"{t + late_s:g},{'AB'[on]},{load}")
+            for _ in range(50):
+                read = 1000 + rng.normal(0, 3, 2) + load * (np.arange(2) == on)
+                lines.append(f"{t:.1f},{read[0]:.0f},{read[1]:.0f}")
+                t += 0.2
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    (tmp_path / "sheet.csv").write_text("\n".join(noted) + "\n")
+    (part,), _ = parts_of([guess_file(tmp_path / name) for name in ("log.csv", "sheet.csv")])
+    assert [b.offset_s for b in part.beside] == ([] if offset_s is None else [offset_s])
+    asked = [b.why for b in part.plan.blanks if "sheet.csv" in b.why]
+    assert len(asked) == (offset_s is None)
+    assert all("correct its stamps" in why for why in asked)
+
+
 @pytest.mark.parametrize("name", ["CoM_{}", "com({})", "CoM[{}]"])
 def test_three_numbers_of_a_motion_are_no_cells(tmp_path: Path, name: str) -> None:
     rng = np.random.default_rng(5)
