@@ -277,7 +277,11 @@ class Recipe(Frozen):
                     f"'{join.file}' is joined to {path.name} and has a join itself",
                     file=self.path, remedy="let one [[files]] entry hold all joins",
                 )  # fmt: skip
-            joins.append(Join(beside, other, join.by, join.offset_s, join.how, join.tolerance_s))
+            joins.append(
+                Join(
+                    beside, other, join.by, join.offset_s, join.how, join.tolerance_s, join.apart_s
+                )
+            )
         return Reading(
             {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
             spec.layout(), spec.rate_hz, spec.wide_into,

@@ -97,7 +97,7 @@ class JoinSpec(Frozen):
 
     `file` lies in the log's folder; its own ``[[files]]`` entry says how it is read. `by` time or
     row; `offset_s` is added to its stamps; `how` fills in between them, no farther than
-    `tolerance_s` away.
+    `tolerance_s` away and no closer to a stamp than `apart_s` (a load that is still being put on).
     """
 
     file: str
@@ -105,6 +105,7 @@ class JoinSpec(Frozen):
     offset_s: float = 0.0
     how: Literal["interpolate", "nearest", "previous"] = "interpolate"
     tolerance_s: float = Field(default=0.1, gt=0)
+    apart_s: float = Field(default=0.0, ge=0)
 
 
 class PivotSpec(Frozen):
@@ -114,11 +115,14 @@ class PivotSpec(Frozen):
     row is of (their texts joined by ``_``), each of `labels` gets its own columns
     ``<label>.<column>``. Rows belong together by equal stamps in the column `at`, or are
     interpolated between neighbouring rows of their label; without `at` they are numbered in order.
+    Labels in `held` were noted when they changed (``["input_number.load"]``): what they say holds
+    until their next row.
     """
 
     by: tuple[str, ...] = Field(min_length=1)
     labels: tuple[str, ...] = Field(min_length=2)
     at: str = ""
+    held: tuple[str, ...] = ()
 
 
 class FileSpec(Frozen):

@@ -15,6 +15,9 @@ _READ_IN = {
 _COARSE_N_PER_COUNT = 0.01
 """From this scale on, that of a coarse converter, a scale is read in mN per count."""
 
+_NO_COUNT = 1.0
+"""From this scale on readings are hardly counts: volts, or forces that something calibrated."""
+
 
 def display_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
     """Factor and unit in which values of a quantity are read.
@@ -33,5 +36,7 @@ def display_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
     """
     if unit == "N/count":
         largest = max((abs(v) for v in values if isfinite(v)), default=0.0)
+        if largest >= _NO_COUNT:
+            return 1.0, "N per unit read"
         return (1e3, "mN/count") if largest >= _COARSE_N_PER_COUNT else (1e6, "µN/count")
     return _READ_IN.get(unit, (1.0, unit))

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import floor, isfinite, log10
@@ -77,7 +78,9 @@ class Picture:
         from footcal_cli.report.curves import curves_of
 
         figure, buffer = self.draw(), io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=FIGURE_DPI, metadata=_FIGURE_METADATA)
+        with warnings.catch_warnings():  # a name in letters that the font lacks; tables have it
+            warnings.filterwarnings("ignore", "Glyph", UserWarning)
+            figure.savefig(buffer, format="png", dpi=FIGURE_DPI, metadata=_FIGURE_METADATA)
         return Drawn(buffer.getvalue(), curves_of(figure) if self.zoom else "")
 
 

@@ -377,10 +377,11 @@ def _kept(table: Table) -> list[str]:
 
 
 def _merged(findings: Sequence[Finding], channels: int) -> list[Finding]:
-    """One finding where every channel has the same one."""
+    """One finding where every channel has the same one, or several have."""
     kept: list[Finding] = []
     for code in dict.fromkeys(finding.code for finding in findings):
         alike = [finding for finding in findings if finding.code == code]
-        same = len(alike) == channels > 1 and len({f.sentence for f in alike}) == 1
-        kept += [replace(alike[0], where="all channels")] if same else alike
+        same = len(alike) > 1 and len({f.sentence for f in alike}) == 1
+        where = "all channels" if len(alike) == channels else ", ".join(f.where for f in alike)
+        kept += [replace(alike[0], where=where)] if same else alike
     return kept

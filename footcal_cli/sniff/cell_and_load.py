@@ -17,6 +17,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.plan import Entry, Plan, of, reading_entry
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.sniff.which_cell import followers
 
 _WEIGHT = re.compile(
     r"(?<![A-Za-z0-9.])(\d+(?:[.,p]\d+)?)[ _]?(kg|g|N|kN|mN|lbs?|oz|mg)(?![A-Za-z0-9])",
@@ -33,7 +34,9 @@ _ONE_LINE = 0.999
 
 
 def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: str) -> Plan | None:
-    """The plan for files of one reading each, whose names say a cell and a load; None without.
+    """The plan for files whose names say a cell and a load; None without.
+
+    Where all cells are read in each file, the readings say which of them a name is of.
 
     Parameters
     ----------
@@ -43,7 +46,8 @@ def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: 
         What tells their names apart, with its unit where all have one, and the regular expression
         that finds it.
     """
-    said = [_said(word) for word in words]
+    several = len(readings(group[0])) > 1
+    said = [_said(word, numbered=several) for word in words]
     found = [one for one in said if one is not None]
     if len(found) < len(said):
         return None
@@ -56,9 +60,13 @@ def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: 
         [n * sizes[u or next(iter(spelled))] for n, u in zip(loads, units, strict=True)]
     )
     each = {cell: np.array([c == cell for c in cells]) for cell in dict.fromkeys(cells)}
-    read = np.array([np.nanmedian(numbers_of(readings(file)[0])) for file in group])
     if any(np.unique(load[own]).size < 2 for own in each.values()):
         return None
+    unit = "kg" if sizes is MASSES else "N"
+    if several:
+        return _all_read(group, dict(zip(words, zip(cells, load, strict=True), strict=True)), unit,
+                         expression)  # fmt: skip
+    read = np.array([np.nanmedian(numbers_of(readings(file)[0])) for file in group])
     if straightness(load, read) > _ONE_LINE:
         return None  # the words are of runs
     channels = dict(zip(words, cells, strict=True))
@@ -66,10 +74,40 @@ def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: 
     return Plan(
         group[0], "known weights, a file for each cell and weight", "the files' names say both",
         "likely", "offline-fit", "weights", {
-            "load_n": _by_name(expression, put, "kg" if sizes is MASSES else "N"),
+            "load_n": _by_name(expression, put, unit),
             "channel": _by_name(expression, channels),
             "counts": reading_entry(readings(group[0])[0]),
         }, tuple(each),
+    )  # fmt: skip
+
+
+def _all_read(
+    group: Sequence[FileGuess], said: Mapping[str, tuple[str, float]], unit: str, expression: str
+) -> Plan | None:
+    """A file for each cell and weight in which all cells are read; None where none alone moves."""
+    names = tuple(dict.fromkeys(cell for cell, _ in said.values()))
+    codes = np.array([names.index(cell) for cell, _ in said.values()])
+    load = np.array([put for _, put in said.values()])
+    first = readings(group[0])
+    medians = np.array([[np.nanmedian(numbers_of(c)) for c in readings(f)] for f in group])
+    table = [replace(c, values=medians[:, i]) for i, c in enumerate(first)]
+    put = ColumnGuess("load", NameGuess("load"), unit, "likely", "the files' names", values=load)
+    on = followers(put, replace(put, values=None, words=names, codes=codes), table)
+    if len(on) < len(names):
+        return None
+    columns = {c.column: c for c in first}
+    wide = {
+        cell: {
+            "load_n": _by_name(
+                expression, {w: f"{n if c == cell else 0:.10g}" for w, (c, n) in said.items()}, unit
+            ),
+            "counts": reading_entry(columns[column.column]),
+        }
+        for cell, column in on.items()
+    }
+    return Plan(
+        group[0], "known weights, a file for each cell and weight, all cells read",
+        "the files' names say both", "likely", "offline-fit", "weights", {}, tuple(on), wide,
     )  # fmt: skip
 
 
@@ -77,14 +115,19 @@ def _by_name(expression: str, names: Mapping[str, str], unit: str | None = None)
     return Entry(file_name=expression, unit=unit, names=names, why="the files' names")
 
 
-def _said(word: str) -> tuple[float, str, str] | None:
-    """Load, its unit and the cell of a name; None where it does not say one load."""
+def _said(word: str, *, numbered: bool = False) -> tuple[float, str, str] | None:
+    """Load, its unit and the cell of a name; None where it does not say one load.
+
+    `numbered`: a number that is no load may be that of the cell.
+    """
     found = list(_WEIGHT.finditer(word))
     nothing = _NOTHING.search(word.lower())
     if len(found) > 1 or not (found or nothing):
         return None
     rest = _WEIGHT.sub(" ", word) if found else _NOTHING.sub(" ", word.lower())
     cell = "_".join(_NO_CELL.sub(" ", rest).lower().split())
+    if numbered and (digits := re.search(r"\d+", rest)):
+        cell = f"{cell}{digits[0]}"
     if not found:
         return 0.0, "", cell
     number = float(found[0][1].lower().replace("p", ".").replace(",", "."))

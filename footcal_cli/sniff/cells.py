@@ -43,7 +43,12 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     on = "plate" if _PLATES & set(words_of(f"{file.path.stem} {' '.join(found)}")) else "foot"
     named = {f"{name}_foot" if points else _on_foot(name, c, on): c for name, c in found.items()}
     time, rate, blanks = times(file, needed=True)
-    entries = {**time, **{f"{n}_counts": reading_entry(c) for n, c in named.items()}}
+    forces = all(c.unit in FORCES for c in cells)
+    down = forces and float(np.nanmedian(np.sum([numbers_of(c) for c in cells], axis=0))) < 0
+    read = {f"{n}_counts": reading_entry(c) for n, c in named.items()}
+    if down:
+        read = {name: replace(entry, factor=-1.0) for name, entry in read.items()}
+    entries = {**time, **read}
     if "temperature_degc" in (beside := extras(file)):
         entries["temperature_degc"] = beside["temperature_degc"]
     feet: dict[str, list[str]] = {}
@@ -66,7 +71,6 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     doubt = [] if any(said_to_be_cells(c) for c in cells) else [UNNAMED]
     doubt += [] if any(c.name.side or c.name.place for c in cells) or points else [_OR_WEIGHTS]
     body = body_entries(file) if file.of("com") else {}
-    forces = all(c.unit in FORCES for c in cells)
     plates = [] if forces else [NAMEPLATE]
     tables = (*tables, IN_NEWTON) if forces else tables
     return Plan(
@@ -78,7 +82,10 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
         "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
         rate_hz=rate, robot=(*upright(file, body), *tables),
         blanks=(*doubt, MASS, *positions, *plates, *blanks),
-        warnings=tuple(f"{c.column}: never changes, a dead cell" for c in cells if not _moves(c)),
+        warnings=(
+            *("the forces are negative when a cell is pressed: read with reversed sign",) * down,
+            *(f"{c.column}: never changes, a dead cell" for c in cells if not _moves(c)),
+        ),
     )  # fmt: skip
 
 

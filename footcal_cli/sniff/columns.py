@@ -36,6 +36,7 @@ from footcal_cli.sniff.texts import (
     FEW,
     numbers_as_labels,
     part_of_the_words,
+    taking_turns,
     text_column,
     units_beside,
 )
@@ -57,6 +58,9 @@ _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
 _LEAST_SUMMARIES = 2
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
+OF_A_ROW = {"channel", "ch", "kanal", "canal", "sensor", "cell", "zelle"}
+"""Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
+_OFTEN = 0.5
 _TICKS, _TICKING = 12, 0.7
 """Rows in which no reading only ever increases, and how many of these steps are not none."""
 _COUNTS_UP_TO = 100
@@ -116,7 +120,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         if c.quantity == "time" and c.column in halting else c for c in columns
     ]  # fmt: skip
     if text.layout.line:
-        columns = [part_of_the_words(column) for column in columns]
+        columns = [taking_turns(part_of_the_words(column)) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
     columns = joined_registers(columns)
     pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
@@ -159,8 +163,10 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     if raw.kind == "text":
         return _where_read(text_column(column, name, unit, raw))
     values = np.asarray(raw.values, dtype=np.float64)
-    if name.quantity == "label" and (words := numbers_as_labels(values)):
-        return replace(words, column=column, name=name)
+    turns = called.strip().lower() in OF_A_ROW and np.mean(np.diff(values) != 0) > _OFTEN
+    counted = name.quantity == "label" or turns
+    if counted and (words := numbers_as_labels(values)):
+        return replace(words, column=column, name=replace(name, quantity="label"))
     if raw.kind == "truth" or not np.isfinite(values).any():
         name = replace(name, quantity="other")
         return ColumnGuess(column, name, None, "likely", "empty, or true and false", values)
@@ -198,7 +204,9 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
             # a force that something calibrated before has read, and one alone
             forces = [c for c in counted if c.quantity == "force"]
             others = forces if len(forces) == 1 and forces[0].name.axis in ("", "fz") else []
-        if len(loads) == 1 and any(c.values is not None for c in others):
+        like = {c.column.partition(".")[2] for c in others} - {""}  # of a turned table
+        alone = len(loads) == 1 and loads[0].column.partition(".")[2] not in like
+        if alone and any(c.values is not None for c in others):
             return counted
         return _straightest(found)
     return found
@@ -319,6 +327,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column
     if column.quantity == "contact" and np.isin(values, (0.0, 1.0)).all():
         return column
+    if column.quantity == "contact" and np.isin(np.diff(values), (0.0, 1.0)).all():
+        return column.as_quantity("sequence", "likely", "counts up: the number of a stance")
     if column.quantity in ("label", "contact"):
         return column.as_quantity("reading", "guess", "a number among labels")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):

@@ -37,6 +37,9 @@ class Beside:
     by: str
     offset_s: float = 0.0
     why: str = ""
+    how: str = ""
+    tolerance_s: float = 0.1
+    apart_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,10 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(group, plan, names), paths, names.match))
         )  # fmt: skip
+    if len(readings(first)) > 1 and not stated and not six:
+        both = cell_and_load(group, *names.with_unit)
+        if both is not None:
+            return Part(both, paths, names.match)
     if len(readings(first)) == 1:
         if not stated:
             both = cell_and_load(group, *names.with_unit) or load_above(group)

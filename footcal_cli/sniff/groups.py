@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
@@ -161,7 +162,10 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
 
 
 def _slug(name: str) -> str:
-    plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_").lower()
+    letters = "".join(
+        c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c)
+    )
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", letters).strip("_").lower()  # Méta is meta
     plain = without_unit(plain) or "cell"
     return f"cell_{plain}" if plain[0].isdigit() else plain
 

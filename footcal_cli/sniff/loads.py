@@ -19,7 +19,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import ADDED, COMMANDED, GROSS, NET, NOMINAL, words_of
 from footcal_cli.sniff.plan import FORCES
 from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS
-from footcal_cli.sniff.weights import added_up, follow, in_two_units
+from footcal_cli.sniff.weights import added_up, follow, in_two_units, moves
 from footcal_cli.tables.units import conversion
 
 _AS_ASKED = 0.95
@@ -139,8 +139,7 @@ def written_twice(load: ColumnGuess, other: ColumnGuess) -> bool:
 
 def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGuess]]:
     """One force beside counts is the reference; of several loads, the one that was put on."""
-    loads = [c for c in file.of("load") if c.values is not None and np.ptp(c.values[
-        np.isfinite(c.values)]) > 0]  # fmt: skip
+    loads = [c for c in file.of("load") if c.values is not None and moves(c)]
     cells = [c for c in readings(file) if c not in loads]
     loads = [without_gaps(c, cells, file.of("label")) for c in loads]
     if not loads:

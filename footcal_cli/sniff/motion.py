@@ -129,4 +129,6 @@ def _canonical(column: ColumnGuess) -> str:
 def _words(column: ColumnGuess) -> list[str]:
     """Words of a column's name without its unit."""
     stem, _, _ = split_unit(re.sub(r"\[(\d+)\]", r"_\1", column.column.lstrip("%#$/ ")))
-    return words_of(stem)
+    words = words_of(stem)
+    counted = words[-1:] and words[-1].isdigit() and column.name.axis in ("x", "y", "z")
+    return [*words[:-1], column.name.axis] if counted else words

@@ -23,7 +23,7 @@ _CAMEL = re.compile(
     r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яЁёÀ-ÿ]+|[\u3041-\u30ff\u4e00-\u9fff]+"
 )
 _ASKED_OR_MEASURED = re.compile(r"(soll|ist|ziel)(kraft|last|gewicht|masse|wert|moment)")
-_CENTRE = re.compile(r"(?<![A-Za-z])[Cc]o[MP](?![a-z])")
+_CENTRE = re.compile(r"(?<![A-Za-ce-z])[Cc]o[MP](?![a-z])")
 _AXIS = re.compile(r"([fmt])([xyz])(\d{0,2})")
 
 
@@ -93,6 +93,7 @@ _ANGLES = {
 _NOT_OF_CELLS = {
     "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
     "velocity", "emg", "ecg", "acceleration", "speed", "distance", "extension", "elongation",
+    "covariance", "cov",
 }  # fmt: skip
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
@@ -111,7 +112,7 @@ NOISE = {
     "force", "torque", "moment", "measured", "sensors", "analog", "val", "s", "hx", "signal",
     "readings", "channel", "ch", "output", "kraft", "stamped", "foot", "feet", "total", "vertical",
     "effort", "filtered", "state", "zone", "pad", "corner", "n", "volt", "voltage", "est", "cells",
-    "loadcells",
+    "loadcells", "pied", "fuß", "fuss",
 }  # fmt: skip
 _PLACES = {
     "fl": "fl", "fr": "fr", "rl": "rl", "rr": "rr", "bl": "rl", "br": "rr", "hl": "hl", "hr": "hr",
@@ -165,7 +166,7 @@ class NameGuess:
 
 
 def _small(centre: re.Match[str]) -> str:
-    return f"{centre[0].lower()}_"
+    return f"_{centre[0].lower()}_"  # ddCoM is dd, com
 
 
 def common_start(words: Sequence[str]) -> str:
@@ -189,6 +190,8 @@ def _parts_of(word: str) -> list[str]:
     """Known words within one that is written without blanks: Chinese, Japanese, ``Sollkraft``."""
     if compound := _ASKED_OR_MEASURED.fullmatch(word):
         return list(compound.groups())
+    if word in ("dcom", "ddcom"):
+        return [word[:-3], "com"]
     if word.isascii() or word in WORDS or word < "\u3000":
         return [word]
     return [known for known in WORDS if known > "\u3000" and known in word] or [word]

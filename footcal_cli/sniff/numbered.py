@@ -12,7 +12,16 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.names import FORCE, LETTERED, NOISE, TORQUE, NameGuess, Quantity, words_of
+from footcal_cli.sniff.names import (
+    FORCE,
+    LETTERED,
+    NOISE,
+    TORQUE,
+    NameGuess,
+    Quantity,
+    name_guess,
+    words_of,
+)
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
@@ -39,6 +48,7 @@ _VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
 _SAID_OF_VECTORS = {"n", "nm", "linear", "vector", "vec", "dir", "direction", "unit"}
 _VECTOR_LETTER = re.compile(r"(?:.*[\W_])?[FMT]")
 """A vector that is called by its capital: ``F(1)``."""
+_PLACES = {"p", "pos", "position"}
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is recognised by its length."""
 _TURNED_AND_FELT = 9
@@ -220,7 +230,15 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
                 )
                 for i, (axis, c) in enumerate(zip("xyz", columns, strict=True))
             }  # fmt: skip
-    return {}
+    named = [name_guess(f"{stem}_{axis}") for axis in "xyz"]
+    if "com" not in words and not (named[0].side and _PLACES & set(words)):
+        return {}
+    return {
+        c.column: replace(
+            c, name=replace(name, axis=axis), sure="likely", why=f"the {axis} of a body's motion"
+        )
+        for axis, name, c in zip("xyz", named, columns, strict=True)
+    }
 
 
 def _in_radians(column: ColumnGuess) -> ColumnGuess:

@@ -5,6 +5,7 @@ Room: sniff; asked by columns before a table is taken as it stands.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
@@ -22,6 +23,9 @@ _TAKE_TURNS = 0.5
 """In a table of one row per foot or cell the next row is mostly of another."""
 _LEAST_ROWS = 3
 _RARE = 0.05
+_RATHER_FEWER = 2
+"""Of a load that is noted when it changes there are so many times fewer rows than of readings."""
+_FROM_THE_YEAR = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 _LABELS = ("label", "placement")
 _MEASURED = ("reading", "force", "cop", "unknown", "pressure")
 _SIDES = {"left", "right"}
@@ -41,9 +45,10 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     """
     named = [
         c for c in columns
-        if len(c.words) > 1 and (c.quantity in _LABELS or (c.words and _tell_loads(c)))
+        if len(c.words) > 1 and (c.quantity in _LABELS or _tell_loads(c) or _are_places(c))
     ]  # fmt: skip
     named = [c for c in named if c.codes is not None and np.all(c.codes >= 0)]
+    placed = any(map(_are_places, named))
     measured = [c for c in columns if c.quantity in _MEASURED and c.values is not None]
     loaded = any(c.quantity == "load" and c.values is not None for c in columns)
     if not named or not measured or (loaded and not any(map(_tell_loads, named))):
@@ -67,13 +72,43 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     if not 1 < len(labels) <= _MOST or least < _LEAST_ROWS:
         return None
     at = _stamps(columns, raw, rows)
+    told = [name_guess(label).quantity == "load" for label in labels]
+    noted = _noted_when_changed(labels, rows, told)
+    clock = next((c.column for c in columns if c.quantity == "time" and _in_order(c, raw)), "")
+    if noted and clock:  # the load of a smart home, of a plant's archive
+        return Pivot(by, tuple(sorted(labels, key=lambda label: label in noted)), clock, noted)
     turns = bool(np.mean(words[1:] != words[:-1]) >= _TAKE_TURNS)
     # databases list a variable after the other, the load among them, under the same stamps
-    if not turns and not (at and any(map(_tell_loads, named)) and _together(raw[at], rows)):
+    if not turns and not (at and (any(told) or placed) and _together(raw[at], rows)):
         return None
     if not at and max(own.size for own in rows) > least + 1:
         return None
     return Pivot(by, labels, at)
+
+
+def _noted_when_changed(
+    labels: Sequence[str], rows: Sequence[IntArray], told: Sequence[bool]
+) -> tuple[str, ...]:
+    """Labels of loads that have a row where they changed, and so far fewer than readings have."""
+    if all(told):
+        return ()
+    least = min(own.size for own, load in zip(rows, told, strict=True) if not load)
+    return tuple(
+        label for label, own, load in zip(labels, rows, told, strict=True)
+        if load and own.size * _RATHER_FEWER < least
+    )  # fmt: skip
+
+
+def _in_order(time: ColumnGuess, raw: Mapping[str, RawColumn]) -> bool:
+    """Whether stamps can be compared as the file has them: numbers, or dates from the year on."""
+    stamps = raw[time.column]
+    return stamps.kind != "text" or all(_FROM_THE_YEAR.match(x) for x in stamps.values.tolist())
+
+
+def _are_places(column: ColumnGuess) -> bool:
+    """Whether every word of a column names another place under a foot, as series do."""
+    said = [name_guess(word) for word in column.words]
+    return all(n.place for n in said) and len({(n.side, n.place) for n in said}) == len(said)
 
 
 def _tell_loads(column: ColumnGuess) -> bool:

@@ -102,14 +102,15 @@ def listing(parts: Sequence[Part]) -> list[str]:
     """What every column was taken for, a line each."""
     lines = []
     for part in parts:
+        alike = len(part.paths) - 1
         for file in (part.plan.file, *(b.file for b in part.beside)):
             said = "; ".join(file.text.said)
             rate = f", {file.rate_hz:.4g} Hz" if file.rate_hz else ""
             lines.append(
                 f"{file.path.name}: {file.rows} rows{rate}" + (f"; {said}" if said else "")
             )
-        if len(part.paths) > 1:
-            lines.append(f"  and {len(part.paths) - 1} more like it")
+            if alike and file is part.plan.file:
+                lines.append(f"  and {alike} more like it")
         lines.append(f"  {part.plan.sure}: {part.plan.kind}, by {part.plan.why}")
         used: dict[str, tuple[str, Entry]] = {}
         choosing: set[str] = set()
@@ -169,6 +170,9 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         own.append(f"rate_hz = {plan.rate_hz:g}    # {why}")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
+        if beside.how:
+            offset += f", how = {_quoted(beside.how)}, tolerance_s = {beside.tolerance_s:g}"
+            offset += f", apart_s = {beside.apart_s:g}" * bool(beside.apart_s)
         apart = beside.file.path.parent != part.paths[0].parent
         place = Path(os.path.relpath(beside.file.path, part.paths[0].parent))
         name = _quoted(place.as_posix() if apart else beside.file.path.name)
@@ -212,6 +216,7 @@ def _layout_lines(file: FileGuess) -> list[str]:
     if layout.pivot is not None:
         by, labels = map(_list, (layout.pivot.by, layout.pivot.labels))
         at = f", at = {_quoted(layout.pivot.at)}" if layout.pivot.at else ""
+        at += f", held = {_list(layout.pivot.held)}" if layout.pivot.held else ""
         lines.append(f"pivot = {{ by = {by}, labels = {labels}{at} }}    # one row per sample")
     if layout.separator != plain.separator:
         name = {BLANKS: "space", "\t": "tab"}.get(layout.separator, layout.separator)

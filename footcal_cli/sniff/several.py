@@ -20,6 +20,7 @@ from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files, posed_files
 from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
+from footcal_cli.sniff.protocol import by_protocol
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.stepping import with_sides
@@ -51,6 +52,10 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     for group, rest in permutations(alike, 2) if len(alike) == 2 else ():
         if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
             return [made], []
+        if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):
+            made = _with_attitude(group, numbered(rest[0]))
+            if made is not None:
+                return [made], []
     if len(alike) == 1 and (made := marked_files(alike[0])) is not None:
         return [made], []
     parts, others = [], []
@@ -72,13 +77,13 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if plan is not None:
                 return with_body(plan, beside, mounted(wrenches(file), _at_rows(file, beside)))
     for file, beside in ((one, other), (other, one)):
-        held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
-        if held and attitude_of(numbered(beside), None) is not None:
-            made = _with_attitude(file, numbered(beside)) or _of_holds(file, beside)
+        if _hang(file, beside):
+            made = _with_attitude([file], numbered(beside)) or _of_holds(file, beside)
             if made is not None:
                 return [made]
     for file, beside in ((one, other), (other, one)):
-        if (made := _by_steps(file, beside) or _posed(file, beside)) is not None:
+        made = by_protocol(file, beside) or _by_steps(file, beside) or _posed(file, beside)
+        if made is not None:
             return [made]
     for file, beside in ((one, other), (other, one)):
         cells = readings(file)
@@ -102,6 +107,12 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             return [Part(replace(plan, warnings=warnings), (file.path,), escaped(file.path.name),
                          (joined,))]  # fmt: skip
     return []
+
+
+def _hang(file: FileGuess, beside: FileGuess) -> bool:
+    """Whether a log has transducers without an attitude, which another one has."""
+    held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
+    return bool(held and attitude_of(numbered(beside), None) is not None)
 
 
 def _has_cells(file: FileGuess) -> bool:
@@ -212,28 +223,42 @@ def _texts_of(column: ColumnGuess) -> list[str]:
     return [f"{v:.0f}" if v == v and v == round(v) else str(v) for v in values]
 
 
-def _with_attitude(file: FileGuess, beside: FileGuess) -> Part | None:
-    """A six-axis transducer, and the attitude from another log: by stamps, without any by rows."""
+def _turned(file: FileGuess, beside: FileGuess) -> tuple[FileGuess, Beside] | None:
+    """A log with the attitude of another one: by stamps, without any by rows; None where neither.
+
+    Where stamps are dates, what is joined is not seen here.
+    """
     timed = bool(file.of("time") and beside.of("time"))
     if not timed and (file.rows != beside.rows or file.of("time") or beside.of("time")):
         return None
     offset, why = _offset(file, beside) if timed else (0.0, "as many rows, neither with stamps")
     stem = beside.path.name.rsplit(".", 1)[0]
-    joined = [
+    joined = (
         replace(
             c, column=f"{stem}.{c.column}",
             values=_at_stamps(file, beside, c, offset) if timed else c.values,
         )
         for c in beside.of(*_ATTITUDE)
-    ]  # fmt: skip
-    plan = plan_of(replace(file, columns=(*file.columns, *joined)))
-    if plan is None:
+    )  # fmt: skip
+    join = Beside(beside, "time" if timed else "row", offset, why)
+    return replace(file, columns=(*file.columns, *joined)), join
+
+
+def _with_attitude(group: Sequence[FileGuess], beside: FileGuess) -> Part | None:
+    """Six-axis transducers in files of their own, and the attitude from another log."""
+    turned = [made for file in group if (made := _turned(file, beside)) is not None]
+    if len(turned) < len(group) or len({join.offset_s for _, join in turned}) > 1:
         return None
-    if offset or not timed:
-        plan = replace(plan, warnings=(*plan.warnings, why))
-    path = file.path
-    match = escaped(called([path, beside.path])[0])
-    return Part(plan, (path,), match, (Beside(beside, "time" if timed else "row", offset, why),))
+    part, join = alike_part([file for file, _ in turned]), turned[0][1]
+    if part is None:
+        return None
+    plan = part.plan
+    if join.offset_s or join.by == "row":
+        plan = replace(plan, warnings=(*plan.warnings, join.why))
+    match = part.match
+    if len(group) == 1:
+        match = escaped(called([*part.paths, beside.path])[0])
+    return replace(part, plan=plan, match=match, beside=(join,))
 
 
 def _of_holds(file: FileGuess, beside: FileGuess) -> Part | None:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from footcal_cli.sniff.axes import axes_of, said_above
 from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.groups import transducers_by_stem
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import quiet_start_s
 from footcal_cli.sniff.motion import body_entries, upright
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, Plan, times
@@ -53,8 +55,10 @@ def plates_of(
     """Six-axis plates that carry one weight: their vertical forces, which need no body stream."""
     entries, _, _ = times(file, needed=True)
     said, tables = said_above(file), []
+    # what stands on a plate points down, what the plate bears it with up
+    down = sum(float(np.nanmean(numbers_of(group["fz"]))) for group in six.values()) < 0
     for name, group in six.items():
-        entries[f"{name}_plate_counts"] = axes_of(group, said)["fz_n"]
+        entries[f"{name}_plate_counts"] = axes_of(group, said, -1.0 if down else 1.0)["fz_n"]
         tables.append(f"[robot.feet.{toml_key(name)}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
     return Plan(
         file, f"{len(six)} six-axis plates under one weight", "vertical forces that add up to what "
@@ -62,7 +66,8 @@ def plates_of(
         tuple(f"{name}_plate" for name in six), rate_hz=rate, robot=(*tables, IN_NEWTON),
         blanks=(MASS, *blanks),
         warnings=("the vertical forces are calibrated; horizontal forces and moments need the "
-                  "motion of the body, [data] body",),
+                  "motion of the body, [data] body",
+                  *(("the vertical forces are negative: read with reversed sign",) * down)),
     )  # fmt: skip
 
 

@@ -68,11 +68,19 @@ def _in_rows(numbers: Sequence[float], raw: RawColumn) -> FloatArray:
     return values
 
 
+_TURNS = 3
+"""So often numbers come again in one order by no chance."""
+_PLAIN = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+
+
 def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) -> ColumnGuess:
     """Dates, numbers with a unit beside them, or labels."""
     words = [str(v).strip() for v, e in zip(raw.values, raw.empty, strict=True) if not e]
     some = words[:: max(1, len(words) // 40)]
     iso = bool(some) and all(re.match(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d", word) for word in some)
+    if iso and len(words) > 1 and len({*words}) == 1:
+        name = replace(name, quantity="other")
+        return ColumnGuess(column, name, None, "likely", "the same stamp in every row")
     if iso:
         return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "ISO 8601 dates")
     form = date_format(some) if some else None
@@ -106,6 +114,9 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         ])  # fmt: skip
         why = f"numbers; {', '.join(nothing)} is taken for no reading"
         return ColumnGuess(column, name, unit, "likely", why, numbers, missing=nothing)
+    if words and all(_PLAIN.fullmatch(word) for word in words):  # the words are of other variables
+        values = _in_rows([float(word) for word in words], raw)
+        return ColumnGuess(column, name, unit, "likely", "its name", values)
     weighed = _with_units(column, name, words, raw) or _among_words(column, name, words, raw)
     weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
@@ -215,6 +226,27 @@ def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) ->
     return ColumnGuess(
         column, replace(name, quantity="load"), unit, "likely", why,
         values, names={word: f"{load:.10g}" for word, load in loads.items()}, missing=others,
+    )  # fmt: skip
+
+
+def taking_turns(column: ColumnGuess) -> ColumnGuess:
+    """Numbers that come again and again in the same order are of what stands beside them.
+
+    Registers, as a master of Modbus prints them: ``[101]: 8347750``, ``[103]: 8123411``.
+    """
+    values = column.values
+    if values is None or column.quantity not in ("reading", "unknown"):
+        return column
+    period = int(np.argmax(values[1:] == values[0])) + 1 if values.size > 1 else 0
+    once = values[:period]
+    if not 1 < period <= min(FEW, values.size // _TURNS) or np.unique(once).size < period:
+        return column
+    if not np.array_equal(values, np.resize(once, values.size)) or np.any(once != np.round(once)):
+        return column
+    words = tuple(f"{value:.0f}" for value in once)
+    return ColumnGuess(
+        column.column, NameGuess("label"), None, "likely", "numbers that take turns",
+        words=words, codes=np.resize(np.arange(period), values.size),
     )  # fmt: skip
 
 

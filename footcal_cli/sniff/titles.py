@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.tables.reading import Pivot
 
 _LEAST_NAMES = 2
@@ -44,7 +44,10 @@ def said_by_names(
     titled = len(names) >= _LEAST_NAMES and len(titles) == 1 and all(": " in n for n in names)
     said = [name.partition(":")[2].strip() or name for name in names] if titled else list(names)
     said = _anatomical([_of_its_file(name, stem) for name in _in_groups(said, empty)])
-    return said if pivot is None else [_labelled(name, pivot) for name in said]
+    if pivot is None:
+        return said
+    alone = len({pivot.parts_of(name)[1] for name in said if pivot.parts_of(name)[0]}) == 1
+    return [_labelled(name, pivot, alone=alone) for name in said]
 
 
 def _in_groups(names: Sequence[str], empty: Collection[str]) -> list[str]:
@@ -87,11 +90,15 @@ def _anatomical(names: Sequence[str]) -> list[str]:
     ]
 
 
-def _labelled(name: str, pivot: Pivot) -> str:
+def _labelled(name: str, pivot: Pivot, *, alone: bool) -> str:
+    """What a column of a turned table is called; one `alone` is the value, whatever its name."""
     label, column = pivot.parts_of(name)
-    own = name_guess(column)
+    own = NameGuess("unknown") if alone else name_guess(column)
     if not label or own.quantity not in ("reading", "unknown", "other"):
         return name
     if own.quantity == "other":
         return column
-    return label if name_guess(label).quantity != "unknown" and own.unit is None else name
+    said = name_guess(label).quantity != "unknown"
+    if own.quantity == "reading" and not said and name_guess(name).quantity == "unknown":
+        return f"{label} reading"  # RAW alone would be taken for a unit
+    return label if said and own.unit is None else name

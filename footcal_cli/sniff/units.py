@@ -12,7 +12,7 @@ _ALSO = {
     "gramm": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s", "sekunden": "s",
     "millis": "ms", "msec": "ms", "milliseconds": "ms", "usec": "us", "micros": "us", "nsec": "ns",
     "nanoseconds": "ns", "volts": "V", "volt": "V", "vdc": "V", "mvdc": "mV",
-    "degrees": "deg", "degree": "deg", "°": "deg", "%": "%", "%rh": "%", "%fs": "%",
+    "degrees": "deg", "degree": "deg", "%": "%", "%rh": "%", "%fs": "%",
     "%f.s.": "%", "%ro": "%", "%bw": "%", "db": "dB",
     "dbm": "dB", "ppm": "ppm", "radians": "rad", "celsius": "degC",
     "deg c": "degC", "°c": "degC", "m/s²": "m/s^2", "m/s2": "m/s^2", "m/s^2": "m/s^2",
@@ -37,7 +37,7 @@ LENGTHS = ("m", "mm", "cm", "in", "ft")
 SHARES = ("%", "dB", "ppm")
 """Units of shares, which nothing that is calibrated here is given in."""
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
-              "deg/s", "Hz", "rpm", "g0", "bar", "MPa", "GPa", "°", *SHARES,
+              "deg/s", "Hz", "rpm", "g0", "bar", "MPa", "GPa", *SHARES,
               *[unit for unit in TIMES if unit != "s"])  # fmt: skip
 """Units of what no load cell gives: lengths, angles, temperatures, speeds, shares, times."""
 WEIGHTS = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
@@ -97,7 +97,7 @@ def known_unit(text: str) -> str | None:
     """A unit as footcal spells it, None where the text is none."""
     plain = text.strip().strip("[](){}<>").strip()
     if plain in SPELLINGS or plain in ("mV/V", "N*m", "N*mm", "m/s^2"):
-        return {"counts": "count", "lbs": "lb", "sec": "s"}.get(plain, plain)
+        return {"counts": "count", "lbs": "lb", "sec": "s", "°": "deg"}.get(plain, plain)
     if torque := _torque(plain):
         return torque
     small = plain.lower()

@@ -20,7 +20,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
     "时间 時間 时刻",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
-    "subframe sub messung probe nummer",
+    "subframe sub messung probe nummer posture haltung stellung",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "

@@ -47,6 +47,10 @@ _FOLLOWS, _IDLE = 0.9, 0.2
 """How much of its variance a load explains: of a cell that carries it, and of one that does not."""
 _FEWEST_PARTS, _WHOLE = 2.0, 1e-6
 """Units that are written beside each other, pounds and ounces: so many parts, a whole number."""
+_BY_ITSELF = (
+    "taken that every cell carried the whole load by itself; if the load stood on all of them, "
+    "give each its share"
+)
 _STRAIGHT = 0.98
 """How much of a reading's variance the load on a cell explains at least."""
 
@@ -140,10 +144,7 @@ def weights(
         file, f"known weights, the readings of {len(cells)} cells side by side",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
         entries, tuple(named), wide, blanks=asked,
-        warnings=() if ON_WHICH in asked else (
-            "taken that every cell carried the whole load by itself; if the load stood on all "
-            "of them, give each its share",
-        ),
+        warnings=() if ON_WHICH in asked else (_BY_ITSELF,),
     )  # fmt: skip
 
 
@@ -372,4 +373,5 @@ def _stream(
     return Plan(
         file, "a running recording while the load changes", "time, load and readings", "likely",
         "offline-fit", "weights_stream", entries, tuple(named), blanks=asked, options=options,
+        warnings=(_BY_ITSELF,) if len(named) > 1 and ON_WHICH not in asked else (),
     )  # fmt: skip

@@ -194,6 +194,7 @@ def _lines(path: Path, layout: Layout) -> _Lines:
     numbers: list[int] = []
     carried: list[dict[str, str | None]] = []
     header: str | None = None
+    above: set[str] = set()
     between = Carried(layout.carried)
     skip = layout.skip_rows
     below = layout.skip_below
@@ -209,13 +210,15 @@ def _lines(path: Path, layout: Layout) -> _Lines:
             break
         if skip:
             skip -= 1
+            above.add(line.strip())
         elif waits:
             if line.strip() and not is_rule(line):
                 header, waits = line, False
+                above.add(line.strip())
         elif below:
             below -= 1
-        elif is_rule(line):
-            continue
+        elif is_rule(line) or (line.strip() in above and re.search(r"[^\W\d]{2}", line)):
+            continue  # or a header that stands there again
         elif line.strip(f"\r\n\t \f\x1a\0{layout.separator}"):
             kept.append(line)
             numbers.append(number)

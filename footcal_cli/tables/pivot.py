@@ -54,7 +54,8 @@ def pivoted(
 
     Numbers of the other labels are taken at equal stamps, else interpolated between two rows that
     lie no farther apart than 1.5 of their steps; before the first and after the last the nearest is
-    taken, no farther away. Without stamps the k-th rows belong together.
+    taken, no farther away. What a label of `held` says holds until its next row, and nothing does
+    before its first. Without stamps the k-th rows belong together.
 
     Parameters
     ----------
@@ -93,6 +94,8 @@ def pivoted(
         own = rows[label or first]
         if label in ("", first) or not pivot.at:
             values, empty = column.values[own], column.empty[own]
+        elif label in pivot.held:
+            values, empty = _last_said(column, raw[pivot.at], own, base)
         else:
             values, empty = _at_stamps(column, raw[pivot.at], own, base, path, pivot.at)
         found[name] = RawColumn(column.kind, values, empty, lines)
@@ -153,6 +156,17 @@ def _at_stamps(
     closer = np.abs(ours - theirs[before]) < np.abs(ours - theirs[after])
     taken = own[position[np.where(closer, before, after)]]
     empty = column.empty[taken] | ~(equal | reached)
+    return _emptied(column.values[taken], empty), empty
+
+
+def _last_said(
+    column: RawColumn, stamps: RawColumn, own: IntArray, base: IntArray
+) -> tuple[NDArray[np.generic], NDArray[np.bool_]]:
+    """What one label last said at the stamps of another (n,), and where it had said nothing."""
+    order = own[np.argsort(stamps.values[own], kind="stable")]
+    at = np.searchsorted(stamps.values[order], stamps.values[base], side="right") - 1
+    taken = order[np.maximum(at, 0)]
+    empty = column.empty[taken] | (at < 0)
     return _emptied(column.values[taken], empty), empty
 
 

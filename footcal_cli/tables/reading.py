@@ -97,11 +97,14 @@ class Pivot:
         The names, in the order of the columns; rows of others are left out.
     at
         The column of stamps; empty where the k-th rows of all labels belong together.
+    held
+        Labels whose value holds until their next row.
     """
 
     by: tuple[str, ...]
     labels: tuple[str, ...]
     at: str = ""
+    held: tuple[str, ...] = ()
 
     def parts_of(self, name: str) -> tuple[str, str]:
         """The label of a column of the turned table, empty without one, and the file's column."""
@@ -185,6 +188,8 @@ class Join:
         Between the other file's stamps: straight lines, the nearest or the previous row.
     tolerance_s
         Longest distance to a stamp of the other file; rows farther away have no value.
+    apart_s
+        Least distance to any of its stamps; rows closer to one have no value.
     """
 
     path: Path
@@ -193,6 +198,7 @@ class Join:
     offset_s: float = 0.0
     how: Literal["interpolate", "nearest", "previous"] = "interpolate"
     tolerance_s: float = 0.1
+    apart_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -68,10 +68,10 @@ def source_columns(
     wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
     wanted |= conditions
-    if conditions - own:
+    if unknown := conditions - {*source_names(path, reading)}:
         raise DataError(
-            f"missing column '{min(conditions - own)}' that only_where names"
-            f"{nearest(min(conditions - own), sorted(own))}", file=path,
+            f"missing column '{min(unknown)}' that only_where names"
+            f"{nearest(min(unknown), sorted(own))}", file=path,
             remedy="correct only_where in [columns]",
         )  # fmt: skip
     if reading.rows_of and reading.rows_of not in own:
@@ -96,7 +96,7 @@ def source_columns(
     lines = raw[here[0]].lines
     if wanted - own:
         for join in reading.joins:
-            raw |= _joined(path, reading, join, wanted - own, rows)
+            raw |= _joined(path, reading, join, wanted - own, rows, conditions)
     found = {}
     for name, place in places.items():
         if place.in_file:
@@ -232,18 +232,20 @@ def _only_where(
 ) -> RawColumn:
     """Numbers that are 0 where another column does not say a certain text."""
     elsewhere = np.zeros(len(raw.values), dtype=bool)
+    nothing = raw.empty.copy()
     for name, said in place.only_where.items():
         words = columns[name].values.tolist()
         elsewhere |= np.array([str(word).strip() != said for word in words])
+        nothing &= columns[name].empty
     values = raw.values.copy()
-    values[elsewhere] = "0" if raw.kind == "text" else 0
-    return replace(raw, values=values, empty=raw.empty & ~elsewhere)
+    values[elsewhere & ~nothing] = "0" if raw.kind == "text" else 0
+    return replace(raw, values=values, empty=raw.empty & ~elsewhere | nothing)
 
 
 def _joined(
-    path: Path, reading: Reading, join: Join, wanted: set[str], rows: int
+    path: Path, reading: Reading, join: Join, wanted: set[str], rows: int, texts: set[str]
 ) -> dict[str, RawColumn]:
-    """Columns of another file at the rows of this one."""
+    """Columns of another file at the rows of this one, some of them as `texts`."""
     prefix = f"{_stem(join.path)}."
     asked = {name: name.removeprefix(prefix) for name in wanted if name.startswith(prefix)}
     if not asked:
@@ -252,7 +254,7 @@ def _joined(
         name: ForeignColumn(column) for name, column in asked.items()
         if column in source_names(join.path, join.reading)
     }  # fmt: skip
-    raw = source_columns(join.path, join.reading, there, frozenset())
+    raw = source_columns(join.path, join.reading, there, frozenset(texts))
     if join.by == "row":
         short = [len(column.values) for column in raw.values()][:1]
         if short and short[0] != rows:
@@ -286,6 +288,7 @@ def _at_times(
     back, ahead = np.abs(ours - theirs[before]), np.abs(theirs[after] - ours)
     taken = before if join.how == "previous" else np.where(ahead < back, after, before)
     far = np.where(taken == before, back, ahead) > join.tolerance_s
+    far |= np.minimum(back, ahead) < join.apart_s
     if join.how == "previous":
         far |= ours < theirs[0]
     values = raw.values[order]

@@ -249,7 +249,7 @@ def _with_readings(
             "rows_without_reading", "note", path.name,
             f"{nothing.sum()} of {nothing.size} rows have no value in {said} and are left out, as "
             "`missing` in [columns] says",
-            "find out why the sensor was silent if the rows mattered",
+            "find out why nothing stands there if the rows mattered",
         )
     ]  # fmt: skip
 

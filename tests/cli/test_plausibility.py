@@ -154,6 +154,16 @@ def test_a_doubt_about_units_is_not_good_and_says_what_to_do(run: Run, tmp_path:
     assert ("no_load", "load") in findings(out)
 
 
+def test_a_log_of_the_empty_cell_next_to_others_is_no_doubt(run: Run, tmp_path: Path) -> None:
+    rows = {0: (5, 6, 5), 10: (105, 106, 104), 20: (205, 204, 206)}
+    for load, read in rows.items():
+        lines = ["channel,load_n,counts", *(f"a,{load},{value}" for value in read)]
+        (tmp_path / f"weights_{load}.csv").write_text("\n".join(lines) + "\n", "utf-8")
+    out = tmp_path / "out"
+    run("offline-fit", *sorted(tmp_path.glob("weights_*.csv")), "--out", out)
+    assert "no_load" not in {code for code, _ in findings(out)}
+
+
 def test_where_nothing_usable_comes_out_the_alarm_before_it_is_said(
     run: Run, tmp_path: Path, belief: Path
 ) -> None:

@@ -85,7 +85,7 @@ def test_the_angle_of_a_shaft_is_the_phase_of_a_leg(tmp_path: Path) -> None:
     assert part.plan.command == "hang-calib"
     phase = part.plan.entries["phase_rad"]
     assert phase.column is not None
-    assert (phase.column.column, phase.unit) == ("Winkel [°]", "°")
+    assert (phase.column.column, phase.unit) == ("Winkel [°]", "deg")
 
 
 @pytest.mark.parametrize("first", ["left", "right"])

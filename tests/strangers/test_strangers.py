@@ -46,6 +46,7 @@ from tests.strangers import (
     twenty_first,
     twenty_fourth_bench,
     twenty_fourth_robots,
+    twenty_ninth,
     twenty_second,
     twenty_seventh,
     twenty_sixth,
@@ -101,6 +102,8 @@ SAMPLE = (
     twenty_fifth.metrics_of_two_cells, twenty_sixth.trailing_minus,
     twenty_sixth.mass_in_each_head, twenty_sixth.up_down_and_mean,
     twenty_sixth.quaternion_in_counts,
+    twenty_ninth.monitor_and_protocol, twenty_ninth.smart_home,
+    twenty_ninth.registers_of_a_master, twenty_ninth.plates_that_point_down,
     twenty_seventh.ros_json_of_two_arms, twenty_seventh.comment_column_of_loads,
 
 )  # fmt: skip
@@ -132,7 +135,7 @@ CORPORA = {
         *twenty_fourth_bench.TWENTY_FOURTH_BENCH, *twenty_fourth_robots.TWENTY_FOURTH_ROBOTS
     ),
     "twenty_fifth": twenty_fifth.TWENTY_FIFTH, "twenty_sixth": twenty_sixth.TWENTY_SIXTH,
-    "twenty_seventh": twenty_seventh.TWENTY_SEVENTH,
+    "twenty_seventh": twenty_seventh.TWENTY_SEVENTH, "twenty_ninth": twenty_ninth.TWENTY_NINTH,
     "twenty_eighth": (
         *twenty_eighth_bench.TWENTY_EIGHTH_BENCH, *twenty_eighth_robots.TWENTY_EIGHTH_ROBOTS
     ),

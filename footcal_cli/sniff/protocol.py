@@ -1,0 +1,184 @@
+"""A log of cells, and a protocol of what lay on which of them from when on.
+
+Room: sniff; asked by several. The readings say how far from a stamp a load lies still.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.sniff.columns import OF_A_ROW
+from footcal_cli.sniff.experiment import plan_of
+from footcal_cli.sniff.file_loads import escaped
+from footcal_cli.sniff.file_names import Beside, Part
+from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.plan import Blank, of
+from footcal_cli.sniff.texts import numbers_as_labels
+from footcal_cli.tables.reading import ForeignColumn, Reading
+from footcal_cli.tables.sources import time_of
+
+_FEWER = 4
+"""A stamp of a protocol is of so many rows of the log at least."""
+_LEAST_ROWS = 3
+_TYPED_S = 2.0
+"""Nobody notes more often what was put on; a reference that was recorded is joined otherwise."""
+_HALF_HOUR_S = 1800.0
+"""Time zones differ by multiples of it."""
+_MARGINS = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
+"""Of the shortest hold, what is left out at its two ends."""
+_RESTLESS = 3.0
+"""Scatters of the middles of holds beyond which a hold is not still."""
+
+
+def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
+    """A log of cells with the loads of another file, by stamps or numbers; None without these.
+
+    Clocks that have nothing in common are taken for those of two time zones. Where the readings
+    never stand still between the stamps, right stamps are asked for.
+    """
+    sheet = replace(sheet, columns=tuple(_cell_numbers(c) for c in sheet.columns))
+    loads = [c for c in sheet.of("load") if c.values is not None]
+    if len(loads) != 1 or file.of("load") or readings(sheet) or wrenches(numbered(file)):
+        return None
+    cells, keys = readings(file), _keys(file, sheet)
+    if not cells or keys is None:
+        return None
+    (ours, at), (theirs, since), until = keys
+    timed = ours.quantity == "time"
+    if since.size < _LEAST_ROWS or not np.all(np.diff(since) > 0):
+        return None
+    if timed and (sheet.rows * _FEWER > file.rows or np.median(np.diff(since)) < _TYPED_S):
+        return None
+    common = at[-1] >= since[0] and at[0] <= since[-1]
+    offset = 0.0 if common else _HALF_HOUR_S * float(np.round((at[0] - since[0]) / _HALF_HOUR_S))
+    since, until = since + offset, None if until is None else until + offset
+    ends = np.append(since[1:], max(at[-1], since[-1] + np.median(np.diff(since))))
+    ends = ends if until is None else np.minimum(ends, until)
+    apart = _apart(at, since, ends, cells) if timed else 0.0
+    if apart is None or (offset and not timed):
+        return _asked(file, sheet) if sheet.of("label") else None
+    longest = float(np.max(ends - since)) if until is None else float(np.min(ends - since))
+    on = _holds(at, since, since + longest, apart)
+    stem = sheet.path.name.rsplit(".", 1)[0]
+    put = np.where(on < 0, np.nan, numbers_of(loads[0])[on])
+    why = f"by {sheet.path.name}, from there to the next"
+    joined = [
+        replace(loads[0], column=f"{stem}.{loads[0].column}", values=put, missing=("",), why=why)
+    ]
+    labels = [c for c in sheet.of("label") if len(c.words) > 1 and c.codes is not None]
+    for label in labels[:1]:
+        assert label.codes is not None
+        codes = np.where(on < 0, -1, label.codes[on])
+        joined.append(replace(label, column=f"{stem}.{label.column}", codes=codes))
+    own = tuple(c for c in file.columns if c.quantity not in ("time", "label"))
+    plan = plan_of(replace(file, columns=(*own, *joined)))
+    if plan is None or plan.role != "weights":
+        return None
+    ours = replace(ours, nanoseconds="") if timed else replace(ours, why="what the protocol counts")
+    plan = replace(
+        plan, file=file, entries={**plan.entries, "time_s": of(ours)},
+        why=f"{plan.why}, by {sheet.path.name}",
+    )  # fmt: skip
+    clock = replace(theirs.as_quantity("time", theirs.sure, theirs.why), unit=theirs.unit)
+    beside = replace(sheet, columns=(clock, *(c for c in sheet.columns if c is not theirs)))
+    said = "what it says holds until its next row"
+    said += f"; rows closer to a stamp than apart_s = {apart:g} are left out" * bool(apart)
+    join = Beside(beside, "time", offset, said, "previous", longest, apart)
+    if offset:
+        said = f"{sheet.path.name}: its clock is taken to be {offset / 3600:+g} h off"
+        plan = replace(plan, warnings=(*plan.warnings, said))
+    return Part(plan, (file.path,), escaped(file.path.name), (join,))
+
+
+def _cell_numbers(column: ColumnGuess) -> ColumnGuess:
+    """A column of the numbers of cells, which do not take turns in a protocol, as their names."""
+    if column.values is None or column.column.strip().lower() not in OF_A_ROW:
+        return column
+    words = numbers_as_labels(column.values)
+    return column if words is None else replace(words, column=column.column)
+
+
+def _asked(file: FileGuess, sheet: FileGuess) -> Part | None:
+    """The log alone, and right stamps asked for."""
+    plan = plan_of(file)
+    if plan is None:
+        return None
+    asked = Blank(
+        (f"# {sheet.path.name}: correct its stamps, then footcal init of both logs again",),
+        f"{sheet.path.name} does not say what lay where: between its stamps the readings do not "
+        "stand still, so correct its stamps and run init again; without it",
+    )  # fmt: skip
+    plan = replace(plan, blanks=(asked, *plan.blanks))
+    return Part(plan, (file.path,), escaped(file.path.name))
+
+
+def _keys(
+    file: FileGuess, sheet: FileGuess
+) -> (
+    tuple[tuple[ColumnGuess, FloatArray], tuple[ColumnGuess, FloatArray], FloatArray | None] | None
+):
+    """Stamps or numbers of both files, and where a row of the sheet says until when it holds."""
+    if file.of("time") and sheet.of("time"):
+        ours, theirs = file.of("time")[0], sheet.of("time")[0]
+        at, since = (_seconds(f, c) for f, c in ((file, ours), (sheet, theirs)))
+    else:
+        own = [c for c in file.of("sequence") if c.values is not None]
+        counted = [c for c in sheet.of("sequence") if c.values is not None]
+        if not own or not counted:
+            return None
+        ours, theirs = own[0], counted[0]
+        at, since = numbers_of(ours), numbers_of(theirs)
+        if len(counted) > 1 and np.all(numbers_of(counted[1]) >= since):
+            return (ours, at), (theirs, since), numbers_of(counted[1])
+    return (ours, at), (theirs, since), None
+
+
+def _seconds(file: FileGuess, column: ColumnGuess) -> FloatArray:
+    """Stamps of a file in s, dates as the reader has them, shape (n,)."""
+    place = ForeignColumn(
+        column.column, column.unit, format=column.format, nanoseconds=column.nanoseconds,
+        pattern=column.pattern, wraps_at=column.wraps_at,
+    )  # fmt: skip
+    return time_of(file.path, Reading({"time_s": place}, file.layout))
+
+
+def _holds(at: FloatArray, since: FloatArray, until: FloatArray, apart: float) -> IntArray:
+    """Which row of the protocol each row of a log is of, −1 where none, shape (n,)."""
+    on = np.searchsorted(since, at, side="right") - 1
+    nearest = np.min(np.abs(at[:, None] - since[None, :]), axis=1)
+    off = (on < 0) | (at > until[np.maximum(on, 0)]) | (nearest < apart)
+    return np.where(off, -1, on)
+
+
+def _apart(
+    at: FloatArray, since: FloatArray, ends: FloatArray, cells: list[ColumnGuess]
+) -> float | None:
+    """How far from a stamp the loads lie still, in s; None where they never do.
+
+    Within a hold every reading scatters no more than three times as much as in the middles of the
+    holds, as a median; then the next larger margin is taken.
+    """
+    shortest = float(np.min(ends - since))
+    read = np.column_stack([numbers_of(c) for c in cells])
+
+    def scatters(apart: float) -> FloatArray:
+        on = _holds(at, since, ends, apart)
+        parts = [read[on == k] for k in range(since.size)]
+        if min(len(part) for part in parts) < _LEAST_ROWS:
+            return np.empty((0, read.shape[1]))
+        return np.array([np.std(part, axis=0) for part in parts])
+
+    middles = scatters(_MARGINS[-1] * shortest)
+    if not len(middles):
+        return None
+    still = _RESTLESS * np.median(middles, axis=0)
+    for margin, safe in zip(_MARGINS, (*_MARGINS[1:], _MARGINS[-1]), strict=True):
+        each = scatters(margin * shortest)
+        if len(each) and np.all(each <= still):
+            return round(safe * shortest, 3) if margin else 0.0
+    return None
