@@ -288,14 +288,14 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
 
 
 def _hanging(table: Table, robot: Robot) -> list[Finding]:
-    found, leg, lost = _legs(table, robot), table.text("leg"), hanging_spells(table)
+    found, leg, lost = _legs(table, robot, upright=False), table.text("leg"), hanging_spells(table)
     for name in dict.fromkeys(leg):
         mine = leg == name
         found += check_spells(name, table.numbers(AXIS_COLUMNS)[mine], lost[mine])
     return found
 
 
-def _legs(table: Table, robot: Robot) -> list[Finding]:
+def _legs(table: Table, robot: Robot, *, upright: bool = True) -> list[Finding]:
     """Hanging and standing robots with transducers at the hips, long form."""
     found: list[Finding] = []
     names = [c for c in _kept(table) if not c.startswith("body_")]  # an arm holds an attitude
@@ -318,7 +318,9 @@ def _legs(table: Table, robot: Robot) -> list[Finding]:
                 step = readings.resolution_of(values[:, alike])
                 found += readings.check_glitches(table.number(c)[at], stamps, label, step)
     if "body_qw" in table:
-        found += body_stream.check_quaternions(table.numbers(QUATERNION), "body_qx …")
+        found += body_stream.check_quaternions(
+            table.numbers(QUATERNION), "body_qx …", upright=upright
+        )
     return found
 
 

@@ -105,6 +105,18 @@ def test_quaternions_with_w_first(real_data: Path) -> None:
     assert alarms(bent(poses, turned), kind, robot) == {"quaternions_w_first"}
 
 
+def test_a_robot_that_hangs_on_its_side_need_not_stand_upright() -> None:
+    """Attitudes of a hanging robot: turned over, with a w that another order would take for up."""
+    kind, robot = columns.hang_table(), recipe("hexapod").robot
+    table = clean(SAMPLES / "hexapod/hang.parquet", kind, "hexapod")
+
+    def turned_over(log: Frame) -> Frame:
+        over = dict(zip("xyzw", (1.0, 0.0, 0.0, 0.0), strict=True))
+        return log.assign(**{f"body_q{axis}": value for axis, value in over.items()})
+
+    assert "quaternions_w_first" not in alarms(bent(table, turned_over), kind, robot)
+
+
 def test_accelerations_are_compared_with_the_motion_whatever_delays_or_noise() -> None:
     rng = np.random.default_rng(5)
     time_s = np.arange(0.0, 20.0, 0.01)

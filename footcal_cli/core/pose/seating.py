@@ -27,12 +27,15 @@ from footcal_cli.core.pose.turned import (
     words_of,
 )
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.spatial import skew
 
 TURNED_NOISE = 3.0
 """A turned transducer leaves 5 to 50 times the noise of a pose: nearer to it, none is looked for,
 since each of the 23 turns of each leg costs a fit."""
 BEYOND = 10.0
 """Times the prior sd of a hip's place, beyond which a shift is no mounting error."""
+SURE = 3.0
+"""Standard deviations by which a mounting must be beyond what is a mounting error."""
 USUAL_PLACE_SD_M = 0.005
 _WEIGHED_SHARE = 0.05
 """Sd of the robot's weight: a recipe's wrong mass must not pass for a turned transducer."""
@@ -63,7 +66,13 @@ def standing_axes(
         return [axis.finding()]
     fit = fit_pose(summarise(data), legs, noise_sd, options)
     turned = check_turned_standing(data, legs, noise_sd, options, fit)
-    return turned or check_seating(fit, np.inf if place_sd_m is None else place_sd_m)
+    limit = np.inf if place_sd_m is None else place_sd_m
+    if turned or not check_seating(fit, limit):
+        return turned
+    # noise that is larger than it is taken for overrules the priors: its level is learnt
+    return check_seating(
+        fit_pose(summarise(data), legs, noise_sd, replace(options, noise_known=False)), limit
+    )
 
 
 def check_turned_standing(
@@ -121,13 +130,14 @@ def _turned_back(
 
 
 def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:
-    """Legs whose fitted mounting is no mounting error.
+    """Legs whose fitted mounting is, by more than `SURE` sd, no mounting error.
 
     A turn is none where another of the 24 right-angled mountings is nearer than the recipe's; a
     shift against the median leg's is none where another leg's hip is nearer than its own, or from
     `BEYOND` prior sd on.
     """
     geometry = fit.geometry
+    legs = len(geometry.legs)
     shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
     own = shift - np.median(shift, axis=0)  # what all share is the chassis' CoM
     right_angled = np.array([np.eye(3), *TURNS])
@@ -135,18 +145,30 @@ def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:
     exchanged: list[Finding] = []
     for k, leg in enumerate(geometry.legs):
         nominal = geometry.rot_bt[k]
-        turn_t = nominal.T @ fit.mounting.turn_b[k] @ nominal
-        closeness = np.einsum("nij,ij->n", right_angled, turn_t)
-        nearest = int(np.argmax(closeness))
-        if nearest:
-            angle = float(np.arccos(np.clip((closeness[0] - 1.0) / 2.0, -1.0, 1.0)))
+        turned_t = nominal.T @ np.concatenate([np.eye(3)[None], skew(np.eye(3))])
+        turned_t = turned_t @ fit.mounting.turn_b[k] @ nominal  # itself, and by each body axis
+        closeness = np.einsum("nij,tij->nt", right_angled, turned_t)
+        nearest = int(np.argmax(closeness[:, 0]))
+        nearer = closeness[nearest] - closeness[0]
+        at = slice(3 * k, 3 * k + 3)
+        if nearer[0] > SURE * _sd(nearer[1:], fit.covariance[at, at]):
+            angle = float(np.arccos(np.clip((closeness[0, 0] - 1.0) / 2.0, -1.0, 1.0)))
             found.append(_turned(leg, right_angled[nearest], angle))
-        away = np.linalg.norm(geometry.hip_b_m - (geometry.hip_b_m[k] + own[k]), axis=1)
-        if int(np.argmin(away)) != k:
-            exchanged.append(_elsewhere(geometry.legs, k, int(np.argmin(away)), float(away[k])))
-        elif away[k] > BEYOND * place_sd_m:
-            found.append(_elsewhere(geometry.legs, k, k, float(away[k])))
+        against = np.kron(np.eye(legs)[k] - 1.0 / legs, np.eye(3))
+        spread = against @ fit.covariance[3 * legs : 6 * legs, 3 * legs : 6 * legs] @ against.T
+        to = geometry.hip_b_m[k] + own[k] - geometry.hip_b_m
+        away = np.linalg.norm(to, axis=1)
+        along = to / np.maximum(away, np.finfo(float).tiny)[:, None]
+        sd, other = _sd(along[k], spread), int(np.argmin(away))
+        if away[k] - away[other] > SURE * _sd(along[k] - along[other], spread):
+            exchanged.append(_elsewhere(geometry.legs, k, other, float(away[k]), sd))
+        elif away[k] - BEYOND * place_sd_m > SURE * sd:
+            found.append(_elsewhere(geometry.legs, k, k, float(away[k]), sd))
     return exchanged or found  # exchanged plugs push the other legs away, too
+
+
+def _sd(slope: FloatArray, covariance: FloatArray) -> float:
+    return float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
 
 
 def _turned(leg: str, turn: FloatArray, angle_rad: float) -> Finding:
@@ -160,14 +182,14 @@ def _turned(leg: str, turn: FloatArray, angle_rad: float) -> Finding:
     )  # fmt: skip
 
 
-def _elsewhere(names: Sequence[str], leg: int, other: int, away_m: float) -> Finding:
+def _elsewhere(names: Sequence[str], leg: int, other: int, away_m: float, sd_m: float) -> Finding:
     mine, there = names[leg], names[other]
     where = "" if other == leg else f", near that of {there}"
     plugs = mine if other == leg else f"{mine} and which to {there}"
     return Finding(
         "leg_elsewhere", "alarm", mine,
-        f"leg {mine} carries its load {1000 * away_m:.0f} mm away from its hip{where}: no mounting "
-        "error is so large",
+        f"leg {mine} carries its load {1000 * away_m:.0f} ± {1000 * sd_m:.0f} mm away from its hip"
+        f"{where}: no mounting error is so large",
         f"check which plug belongs to {plugs}, and position_m of [robot.legs.{mine}]; then "
         "calibrate again",
     )  # fmt: skip
