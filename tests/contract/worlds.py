@@ -53,7 +53,7 @@ from footcal_cli.core.simulation.robots import Hexapod
 from footcal_cli.core.simulation.scenario import hang_tilts, mounting
 from footcal_cli.intake.cases.cells import unseen_walking
 from footcal_cli.intake.cases.hang import unseen_hanging
-from footcal_cli.intake.cases.pose import POSES_PER_BLOCK
+from footcal_cli.intake.cases.pose import pose_blocks
 from footcal_cli.intake.cases.shared import needs_time, of_cells
 from tests.core.leg_cases import LEGS, hang_case
 from tests.core.test_diagnosis_bridge import ROBOT, affine, calibrated
@@ -351,7 +351,7 @@ def record_pose(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Log, ...
     return (
         replace(
             log, readings=log.readings[order], known={k: v[order] for k, v in log.known.items()},
-            block=np.arange(poses) * (poses // POSES_PER_BLOCK) // poses,
+            block=pose_blocks(poses),
         ),
     )  # fmt: skip
 

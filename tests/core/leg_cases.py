@@ -28,6 +28,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
 )
 from footcal_cli.core.simulation.noise import Noise
 from footcal_cli.core.simulation.robots import Hexapod
+from footcal_cli.intake.cases.pose import pose_blocks
 
 ROBOT = Hexapod()
 LEGS = ("fl", "mr")
@@ -146,15 +147,15 @@ def hang_case(logs: Mapping[str, list[Log]], tolerance_n: float = 0.02) -> Case:
 
 def pose_case(
     seed: int, chain: Chain, values: Mapping[str, float], *, mounted: bool = True,
-    family: str = "white", tolerance_n: float = 0.03,
+    family: str = "white", tolerance_n: float = 0.03, poses: int = 120,
 ) -> Case:  # fmt: skip
     """Poses on a robot whose offsets (and mounting, where `mounted`) are calibrated."""
-    log = pose_log(ROBOT, STOOD, chain, values, seed=seed).log
-    poses = len(log)
+    plan = replace(STOOD, poses=poses // 2, tripods=poses - poses // 2)
+    log = pose_log(ROBOT, plan, chain, values, seed=seed).log
     order = np.random.default_rng([78, seed]).permutation(poses)
     log = replace(
         log, readings=log.readings[order], known={k: v[order] for k, v in log.known.items()},
-        block=np.arange(poses) * 17 // poses,
+        block=pose_blocks(poses),
     )  # fmt: skip
     log = log.with_readings(log.readings + _family(seed, log, family))
     names = ("offset", "mount_rotation", "mount_translation") if mounted else ("offset",)
@@ -181,7 +182,9 @@ def _family(seed: int, log: Log, family: str) -> FloatArray:
     if family == "heteroscedastic":
         return np.asarray(sd * unit * np.abs(log.readings) / (np.abs(log.readings).mean(0) + 1e-9))
     if family == "block_gain_offset":
-        return np.asarray(0.5 * sd * rng.standard_normal((17, unit.shape[1]))[log.block])
+        return np.asarray(
+            0.5 * sd * rng.standard_normal((log.block.max() + 1, unit.shape[1]))[log.block]
+        )
     return np.zeros_like(unit)
 
 

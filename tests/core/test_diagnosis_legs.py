@@ -19,6 +19,7 @@ from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.signatures import calibration_columns
+from footcal_cli.intake.cases.pose import pose_blocks
 from tests.core.leg_cases import (
     FAMILIES,
     distorting,
@@ -100,6 +101,19 @@ def test_what_poses_show_is_found(effect: str) -> None:
             assert alike <= named(found), "no pose can tell them apart"
 
 
+@pytest.mark.parametrize(("poses", "blocks"), [(12, 6), (24, 10), (45, 11), (69, 17), (240, 24)])
+def test_few_poses_make_blocks_enough_of_two_poses_at_least(poses: int, blocks: int) -> None:
+    found = np.bincount(pose_blocks(poses))
+    assert found.size == blocks
+    assert found.min() >= 2
+
+
+@pytest.mark.parametrize("poses", [24, 45])
+def test_a_large_cause_is_named_from_few_poses(poses: int) -> None:
+    coupled = distorting("cross_coupling", "mr", {"coupling_fx_fz": 0.15})
+    checked(investigated(pose_case(21, *coupled, poses=poses)), "cross_coupling", 0.15)
+
+
 @pytest.mark.slow
 def test_a_small_coupling_that_poses_show_for_certain_is_named_and_called_small() -> None:
     """Which cause it is and whether it matters are two questions; a p of 1e-4 answers the first."""
@@ -166,8 +180,8 @@ def test_a_step_is_found_at_its_row_between_the_times_that_are_tried() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["hang", "pose"])
-def test_clean_legs_are_left_alone(kind: str) -> None:
+@pytest.mark.parametrize(("kind", "poses"), [("hang", 0), ("pose", 120), ("pose", 24)])
+def test_clean_legs_are_left_alone(kind: str, poses: int) -> None:
     """Five kinds of noise in turn: false names at most 1 %, any alarm at most 3 %."""
     names = alarms = 0
     chain, values = distorting("", "", {})
@@ -176,12 +190,14 @@ def test_clean_legs_are_left_alone(kind: str) -> None:
         case = (
             hang_case(hung_logs(9000 + seed, chain, values, family))
             if kind == "hang"
-            else pose_case(9000 + seed, chain, values, family=family)
+            else pose_case(9000 + seed, chain, values, family=family, poses=poses)
         )
         found = investigated(case)
         names += bool(found.found)
         alarms += found.verdict not in (Verdict.NONE, Verdict.UNDERPOWERED)
-    sys.stdout.write(f"\n{kind}: {names} names, {alarms} alarms on {NULLS} clean logs\n")
+    sys.stdout.write(
+        f"\n{kind} {poses or ''}: {names} names, {alarms} alarms on {NULLS} clean logs\n"
+    )
     assert names <= 0.01 * NULLS
     assert alarms <= 0.03 * NULLS
 

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 
 POSE_S = 60.0
 """A pose takes about a minute: usual drifts are known per second."""
-POSES_PER_BLOCK = 7
+POSES_PER_BLOCK = 4
+FEWEST_PER_BLOCK, ENOUGH_BLOCKS = 2, 10
+"""Of few poses, as few share a block as leave blocks enough to identify a cause."""
 MOST_BLOCKS = 24
 
 
@@ -41,7 +43,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     recipe = session.recipe
     asked = recipe.options_for(PoseCalibOptions, "pose_calib")
     raw, legs, _ = raw_poses(session, asked)
-    log = replace(raw, block=_blocks(len(raw)))
+    log = replace(raw, block=pose_blocks(len(raw)))
     chain, values, free = _model(session, log.channels)
     weight_n = float(log.known["robot_weight_n"][0])
     case = Case(
@@ -100,9 +102,10 @@ def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:
     return f"{reason}: {common.words}, which is the one or the other"
 
 
-def _blocks(poses: int) -> IntArray:
+def pose_blocks(poses: int) -> IntArray:
     """Poses in a row share a block: what differs from day to day stays together."""
-    blocks = int(np.clip(poses // POSES_PER_BLOCK, 1, MOST_BLOCKS))
+    enough = min(poses // FEWEST_PER_BLOCK, ENOUGH_BLOCKS)
+    blocks = int(np.clip(poses // POSES_PER_BLOCK, max(enough, 1), MOST_BLOCKS))
     return np.asarray(np.arange(poses) * blocks // poses, dtype=np.int64)
 
 
