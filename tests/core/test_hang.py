@@ -13,7 +13,7 @@ from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import HangModel
 from footcal_cli.core.hang.runs import hang_runs
 from footcal_cli.core.inference.fit import numeric_jacobian
-from footcal_cli.core.parameters import Status
+from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.errors import DataError
 from tests.core.six_axis_data import (
     AXES,
@@ -277,32 +277,44 @@ def test_logs_of_different_legs_and_broken_readings_are_refused() -> None:
     assert LEGS[0] == "hl"
 
 
-def test_levels_that_differ_from_hold_to_hold_are_in_the_intervals() -> None:
-    """Slow drift is constant within a hold: its noise there says nothing of it."""
+def _held(seed: int, holds: int, drift: FloatArray) -> tuple[FloatArray, HangFit]:
+    """Errors in units of their sd after holds whose levels differ, and the fit."""
     offset, com, weight_n = (
         np.array([3.1, -7.4, 12.2, 0.12, -0.33, 0.05]),
         [2e-3, -4e-3, 0.061],
         9.1,
     )
-    scores, found = [], []
-    for seed in range(12):
-        rng = np.random.default_rng(seed)
-        down = rng.normal(size=(18, 3))
-        down = np.repeat(down / np.linalg.norm(down, axis=1, keepdims=True), 60, axis=0)
-        force = weight_n * down
-        wrench = np.hstack([force, np.cross(com, force)]) + offset
-        wrench += np.array([0.2] * 3 + [4e-3] * 3) * rng.normal(size=wrench.shape)
-        drift = np.array([0.1] * 3 + [3e-3] * 3)
-        wrench += np.repeat(drift * rng.normal(size=(18, 6)), 60, axis=0)
-        time_s = np.arange(len(wrench)) / 50.0
-        log = hang_log("wrist", time_s, np.zeros_like(time_s), wrench, down, leg_weight_n=9.0)
-        fit = fit_hang([log], HangOptions(tilt="none"))
-        truth = np.concatenate([[weight_n], offset, com])
-        scores.append((fit.estimates.values[: truth.size] - truth) / fit.estimates.sd[: truth.size])
-        found.append(fit.level_sd)
+    rng = np.random.default_rng(seed)
+    down = rng.normal(size=(holds, 3))
+    down = np.repeat(down / np.linalg.norm(down, axis=1, keepdims=True), 60, axis=0)
+    force = weight_n * down
+    wrench = np.hstack([force, np.cross(com, force)]) + offset
+    wrench += np.array([0.2] * 3 + [4e-3] * 3) * rng.normal(size=wrench.shape)
+    wrench += np.repeat(drift * rng.normal(size=(holds, 6)), 60, axis=0)
+    time_s = np.arange(len(wrench)) / 50.0
+    log = hang_log("wrist", time_s, np.zeros_like(time_s), wrench, down, leg_weight_n=9.0)
+    fit = fit_hang([log], HangOptions(tilt="none"))
+    truth = np.concatenate([[weight_n], offset, com])
+    return (fit.estimates.values[: truth.size] - truth) / fit.estimates.sd[: truth.size], fit
+
+
+def test_levels_that_differ_from_hold_to_hold_are_in_the_intervals() -> None:
+    """Slow drift is constant within a hold: its noise there says nothing of it."""
+    drift = np.array([0.1] * 3 + [3e-3] * 3)
+    scores, fits = zip(*(_held(seed, 18, drift) for seed in range(12)), strict=True)
     # without it every error would be three to six sd
     assert 0.8 < np.sqrt(np.mean(np.square(scores))) < 1.25
-    np.testing.assert_allclose(np.mean(found, axis=0), drift, rtol=0.2)
+    np.testing.assert_allclose(np.mean([f.level_sd for f in fits], axis=0), drift, rtol=0.2)
+
+
+@pytest.mark.parametrize(("times", "least", "most"), [(0.0, 0.85, 1.15), (1.5, 0.85, 1.2)])
+def test_levels_that_hardly_differ_are_in_the_intervals_too(
+    times: float, least: float, most: float
+) -> None:
+    """Four holds; without levels an error would be 1.8 sd where they add 1.5 times its noise."""
+    drift = times * np.array([0.2] * 3 + [4e-3] * 3) / np.sqrt(60.0)
+    scores = [_held(seed, 4, drift)[0] for seed in range(60)]
+    assert least < np.sqrt(np.mean(np.square(scores))) < most
 
 
 def test_rows_out_of_order_are_no_thousand_orientations() -> None:

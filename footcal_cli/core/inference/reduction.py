@@ -25,10 +25,8 @@ LEAST_NOISE = 1e-9
 """Noise of a channel against the noisiest: a dead one shows none at all."""
 SEEN = 1e-7
 """Singular values below this share of the largest count as none."""
-FEWEST_LEVELS, SURE_EXCESS = 8.0, 3.0
-"""Degrees of freedom that a variance between records needs, and by how many sd it stands out."""
-LEAST_FREEDOM, CHANCE_OF_FEW = 0.5, 1e-3
-"""With fewer of them: how many at least, and how improbable the levels must be by chance."""
+LEAST_FREEDOM, CHANCE = 0.5, 0.05
+"""Degrees of freedom that a variance between records needs, and how improbable without it."""
 
 
 @dataclass(frozen=True)
@@ -191,10 +189,8 @@ class Reduced:
             if before is None:
                 dof = float(np.sum(1.0 - fitted[:, group]))
                 freedom[group] = max(dof, 1.0)
-                sure = excess > SURE_EXCESS * np.sqrt(2.0 * max(dof, 0.0))
-                if dof < FEWEST_LEVELS:
-                    chance = stats.chi2.sf(excess + dof, max(dof, LEAST_FREEDOM))
-                    sure = dof >= LEAST_FREEDOM and chance < CHANCE_OF_FEW
+                chance = stats.chi2.sf(excess + dof, max(dof, LEAST_FREEDOM))
+                sure = dof >= LEAST_FREEDOM and chance < CHANCE
             else:
                 sure = bool(before[group].any())
             if sure:
