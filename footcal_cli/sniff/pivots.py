@@ -72,14 +72,14 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     if not 1 < len(labels) <= _MOST or least < _LEAST_ROWS:
         return None
     at = _stamps(columns, raw, rows)
-    told = [name_guess(label).quantity == "load" for label in labels]
-    noted = _noted_when_changed(labels, rows, told)
+    loads = [name_guess(label).quantity == "load" for label in labels]
+    noted = _noted_when_changed(labels, rows, loads)
     clock = next((c.column for c in columns if c.quantity == "time" and _in_order(c, raw)), "")
     if noted and clock:  # the load of a smart home, of a plant's archive
         return Pivot(by, tuple(sorted(labels, key=lambda label: label in noted)), clock, noted)
     turns = bool(np.mean(words[1:] != words[:-1]) >= _TAKE_TURNS)
     # databases list a variable after the other, the load among them, under the same stamps
-    if not turns and not (at and (any(told) or placed) and _together(raw[at], rows)):
+    if not turns and not (at and (any(loads) or placed) and _together(raw[at], rows)):
         return None
     if not at and max(own.size for own in rows) > least + 1:
         return None
@@ -87,14 +87,14 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
 
 
 def _noted_when_changed(
-    labels: Sequence[str], rows: Sequence[IntArray], told: Sequence[bool]
+    labels: Sequence[str], rows: Sequence[IntArray], loads: Sequence[bool]
 ) -> tuple[str, ...]:
     """Labels of loads that have a row where they changed, and so far fewer than readings have."""
-    if all(told):
+    if all(loads):
         return ()
-    least = min(own.size for own, load in zip(rows, told, strict=True) if not load)
+    least = min(own.size for own, load in zip(rows, loads, strict=True) if not load)
     return tuple(
-        label for label, own, load in zip(labels, rows, told, strict=True)
+        label for label, own, load in zip(labels, rows, loads, strict=True)
         if load and own.size * _RATHER_FEWER < least
     )  # fmt: skip
 
