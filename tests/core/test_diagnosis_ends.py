@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
 
+from footcal_cli.core.diagnosis import contest
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.rules import Rules
@@ -21,6 +23,7 @@ from footcal_cli.core.parameters import FloatArray
 
 RULES = Rules()
 BLOCKS, ROWS, CELLS = 12, 100, 4
+EACH = "each cell of its own"
 HELD = np.array([False, False, True, True])
 
 
@@ -65,13 +68,36 @@ def fitted(effect: str, values: Mapping[str, float]) -> tuple[Refit, Cause]:
     names = tuple(f"{cell}.{size}" for cell in values)
     model = SimpleNamespace(names=names, values=dict(zip(names, values.values(), strict=True)))
     one = Interval(1.0, 0.9, 1.1)
-    signature = Signature(effect, size, "each cell of its own", "", owners=owners)
+    signature = Signature(effect, size, EACH, "", owners=owners)
     return cast("Refit", model), Cause(signature, one, 0.001, one, 9, 0.0, (), ())
 
 
 def held(effect: str, **values: float) -> list[bool]:
     model, cause = fitted(effect, values)
     return [bool(h) for h in held_at_zero(model, [TABLE[effect]], [cause])]
+
+
+@pytest.mark.parametrize(("converged", "where"), [(False, "left_fl"), (True, EACH)])
+def test_sizes_of_every_cell_that_do_not_converge_are_no_answer(
+    monkeypatch: pytest.MonkeyPatch, converged: bool, where: str
+) -> None:
+    """Both leave nothing: only whether the iteration ended differs."""
+    cells = ("left_fl", "left_fr")
+    model, apart = fitted("dead_zone", dict.fromkeys(cells, 0.1))
+    both = SimpleNamespace(
+        converged=converged, names=model.names, intervals=(Interval(0.1, 0.09, 0.11),) * 2
+    )
+    monkeypatch.setattr(contest, "refitted_with", lambda *_: both)
+    monkeypatch.setattr(contest, "white_loss", lambda *_: np.zeros(BLOCKS))
+    monkeypatch.setattr(contest, "own_place", lambda *_: (EACH, apart.signature.owners))
+    subject = SimpleNamespace(
+        case=None, table=TABLE, bare=lambda *_: None, without_credit=lambda *_: None
+    )
+    alone = replace(apart, signature=replace(apart.signature, where="left_fl"))
+    best = SimpleNamespace(cause=alone, loss=np.ones(BLOCKS), fitted=None)
+    signs = sign_patterns(BLOCKS, 0)
+    answer = contest._where(subject, (), None, best, None, signs, RULES)  # type: ignore[arg-type]
+    assert answer[0].signature.where == where
 
 
 def test_only_sizes_of_several_cells_at_a_one_sided_zero_are_held() -> None:

@@ -327,6 +327,8 @@ def _where(
     where, owners = own
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
     fitted = refitted_with(subject, [*causes, apart], model)
+    if not fitted.converged:  # so many sizes and shapes at once can follow anything
+        return cause, best.fitted, loss
     bare = subject.bare(fitted, [*causes, apart])
     less = white_loss(subject.without_credit(bare, fitted), noise)
     neutral = next(p.neutral for p in effect.sizes if p.name == cause.signature.parameter)
