@@ -27,7 +27,9 @@ from tests.blind.scoring import Verdict
 
 CLASSES = tuple(frozenset(c) for c in (CURVES, LEVEL, CREEP, SLOW, SUM, FLIPS))
 """Causes that one remedy serves."""
-ANSWERS = ("right", "set", "unknown", "none", "underpowered", "bad-data", "WRONG", "error")
+ANSWERS = (
+    "right", "set", "wrong set", "unknown", "none", "underpowered", "bad-data", "WRONG", "error",
+)  # fmt: skip
 
 
 REFUSED = 3
@@ -94,6 +96,8 @@ def answer(trial: Abroad, record: Mapping[str, Any]) -> str:
     said, right = Verdict.read(record), frozenset(trial.right)
     if said.names - right:
         return "WRONG"
+    if said.verdict == "ambiguous" and not any(group & right for group in said.rivals):
+        return "wrong set"
     if not right:
         return "right" if said.verdict == "none" else said.verdict
     if said.verdict == "bad-data":
@@ -103,7 +107,7 @@ def answer(trial: Abroad, record: Mapping[str, Any]) -> str:
     held = [group for group in said.rivals if group & right]
     if held:
         return "right" if held[0] <= right | trial.beside else "set"
-    return "unknown" if said.verdict in ("ambiguous", "named+unknown") else said.verdict
+    return "unknown" if said.verdict == "named+unknown" else said.verdict
 
 
 def run(arguments: list[str] | None = None) -> None:

@@ -58,4 +58,6 @@ def test_a_set_counts_its_classes_and_whether_it_holds_the_cause() -> None:
     assert named_sets(TRIALS["walk curve"], said) == [(True, 2)]
     assert named_sets(TRIALS["walk crosstalk"], said) == [(False, 2)]
     assert named_sets(TRIALS["walk clean"], said) == []
+    told = [answer(TRIALS[f"walk {name}"], said) for name in ("curve", "crosstalk", "clean")]
+    assert told == ["set", "wrong set", "wrong set"]
     assert named_sets(TRIALS["walk curve"], {**said, "verdict": "unknown"}) == []
