@@ -379,7 +379,7 @@ def _kept(table: Table) -> list[str]:
 
 
 def _merged(findings: Sequence[Finding], channels: int) -> list[Finding]:
-    """One finding where every channel has the same one, or several have."""
+    """One finding for all channels that have the same one."""
     kept: list[Finding] = []
     for code in dict.fromkeys(finding.code for finding in findings):
         alike = [finding for finding in findings if finding.code == code]

@@ -48,8 +48,8 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     cells, keys = readings(file), _keys(file, sheet)
     if not cells or keys is None:
         return None
-    (ours, at), (theirs, since), until = keys
-    timed = ours.quantity == "time"
+    (mine, at), (stamp, since), until = keys
+    timed = mine.quantity == "time"
     if since.size < _LEAST_ROWS or not np.all(np.diff(since) > 0):
         return None
     if timed and (sheet.rows * _FEWER > file.rows or np.median(np.diff(since)) < _TYPED_S):
@@ -79,13 +79,13 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     plan = plan_of(replace(file, columns=(*own, *joined)))
     if plan is None or plan.role != "weights":
         return None
-    ours = replace(ours, nanoseconds="") if timed else replace(ours, why="what the protocol counts")
+    mine = replace(mine, nanoseconds="") if timed else replace(mine, why="what the protocol counts")
     plan = replace(
-        plan, file=file, entries={**plan.entries, "time_s": of(ours)},
+        plan, file=file, entries={**plan.entries, "time_s": of(mine)},
         why=f"{plan.why}, by {sheet.path.name}",
     )  # fmt: skip
-    clock = replace(theirs.as_quantity("time", theirs.sure, theirs.why), unit=theirs.unit)
-    beside = replace(sheet, columns=(clock, *(c for c in sheet.columns if c is not theirs)))
+    clock = replace(stamp.as_quantity("time", stamp.sure, stamp.why), unit=stamp.unit)
+    beside = replace(sheet, columns=(clock, *(c for c in sheet.columns if c is not stamp)))
     said = "what it says holds until its next row"
     said += f"; rows closer to a stamp than apart_s = {apart:g} are left out" * bool(apart)
     join = Beside(beside, "time", offset, said, "previous", longest, apart)
@@ -124,18 +124,18 @@ def _keys(
 ):
     """Stamps or numbers of both files, and where a row of the sheet says until when it holds."""
     if file.of("time") and sheet.of("time"):
-        ours, theirs = file.of("time")[0], sheet.of("time")[0]
-        at, since = (_seconds(f, c) for f, c in ((file, ours), (sheet, theirs)))
+        mine, stamp = file.of("time")[0], sheet.of("time")[0]
+        at, since = (_seconds(f, c) for f, c in ((file, mine), (sheet, stamp)))
     else:
         own = [c for c in file.of("sequence") if c.values is not None]
         counted = [c for c in sheet.of("sequence") if c.values is not None]
         if not own or not counted:
             return None
-        ours, theirs = own[0], counted[0]
-        at, since = numbers_of(ours), numbers_of(theirs)
+        mine, stamp = own[0], counted[0]
+        at, since = numbers_of(mine), numbers_of(stamp)
         if len(counted) > 1 and np.all(numbers_of(counted[1]) >= since):
-            return (ours, at), (theirs, since), numbers_of(counted[1])
-    return (ours, at), (theirs, since), None
+            return (mine, at), (stamp, since), numbers_of(counted[1])
+    return (mine, at), (stamp, since), None
 
 
 def _seconds(file: FileGuess, column: ColumnGuess) -> FloatArray:
@@ -150,8 +150,9 @@ def _seconds(file: FileGuess, column: ColumnGuess) -> FloatArray:
 def _holds(at: FloatArray, since: FloatArray, until: FloatArray, apart: float) -> IntArray:
     """Which row of the protocol each row of a log is of, −1 where none, shape (n,)."""
     on = np.searchsorted(since, at, side="right") - 1
-    nearest = np.min(np.abs(at[:, None] - since[None, :]), axis=1)
-    off = (on < 0) | (at > until[np.maximum(on, 0)]) | (nearest < apart)
+    before, after = np.maximum(on, 0), np.minimum(on + 1, since.size - 1)
+    nearest = np.minimum(np.abs(at - since[before]), np.abs(at - since[after]))
+    off = (on < 0) | (at > until[before]) | (nearest < apart)
     return np.where(off, -1, on)
 
 

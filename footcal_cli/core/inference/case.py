@@ -127,10 +127,6 @@ class Case:
         return replace(self, chain=chain, values=dict(values))
 
 
-FOLLOWED_HZ = 100.0
-"""Rate at which what remembers follows a walk; its logs are filtered far below that."""
-
-
 @dataclass(frozen=True)
 class Rows:
     """Which errors of the balance count, in the order of a problem's rows.

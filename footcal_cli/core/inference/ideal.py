@@ -37,14 +37,13 @@ def balanced(
     few = judged and case.stride > 1 and not used.remembers(values)
     logs = []
     for number, log in enumerate(case.logs):
-        whole = used.remove(log, values)[0]
-        truth = used.remove(case.judged[number], values)[0] if few else whole
+        truth = used.remove(case.judged[number] if few else log, values)[0]
         balance, derivative, spread = _linearised(case, truth)
         share = np.ones(len(balance.outputs))
         if case.demand_noisy:
-            every = case.experiment.balance(whole) if few else balance
+            whole = case.experiment.balance(used.remove(log, values)[0]) if few else balance
             at = slice(None, None, 1 if few else case.stride)
-            noise = _noise(every, case.stride)
+            noise = _noise(whole, case.stride)
             share = _reading_share(noise, derivative[at], balance.valid[at], case.reading_noise_n)
         error = np.where(balance.valid, np.nan_to_num(balance.error), 0.0)
         change = _least_change(derivative, share * error, balance.valid) * spread

@@ -64,15 +64,15 @@ def standing_axes(
     axis = turned_when_standing(data, legs, noise_sd, options)
     if axis is not None:
         return [axis.finding()]
-    fit = fit_pose(summarise(data), legs, noise_sd, options)
+    means = summarise(data)
+    fit = fit_pose(means, legs, noise_sd, options)
     turned = check_turned_standing(data, legs, noise_sd, options, fit)
     limit = np.inf if place_sd_m is None else place_sd_m
     if turned or not check_seating(fit, limit):
         return turned
     # noise that is larger than it is taken for overrules the priors: its level is learnt
-    return check_seating(
-        fit_pose(summarise(data), legs, noise_sd, replace(options, noise_known=False)), limit
-    )
+    learnt = replace(options, noise_known=False)
+    return check_seating(fit_pose(means, legs, noise_sd, learnt), limit)
 
 
 def check_turned_standing(

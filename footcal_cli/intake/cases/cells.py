@@ -14,7 +14,7 @@ from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.experiments.walk import channel_contact, reference_of
-from footcal_cli.core.inference.case import FOLLOWED_HZ, Case, every
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.lines import Series, swing_series
 from footcal_cli.core.inference.tracking import gain_and_bias
 from footcal_cli.core.log import Log
@@ -31,6 +31,7 @@ from footcal_cli.intake.cases.shared import (
     affine_parameters,
     baseline_of,
     chain_of,
+    followed,
     known_before,
     rate_of,
 )
@@ -77,14 +78,13 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     weight = session.recipe.robot.weight_n or 50.0
     # a stance may be a single row
     rate = rate_of(logs[0], recordings[0].name) if kind == "walk" else 0.0
-    often = max(int(rate / FOLLOWED_HZ), 1)
-    logs = [every(log, often) for log in logs]
+    kept, stride = followed(logs, rate)
     scale = np.abs([values[f"{channel}.scale"] for channel in channels])
     known = known_before(session, channels, values)
     held_to = None if known is None else GAIN_MOVES
     case = Case(
         experiment=experiment,
-        logs=tuple(logs),
+        logs=kept,
         chain=chain,
         values=values,
         calibration=ParameterSet(affine_parameters(channels, values)),
@@ -92,7 +92,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=session.options.tolerance_mm / 1000.0 * weight,
         drifts=kind == "walk",
         alike=False,
-        stride=max(round(rate / often / 20.0), 1),
+        stride=stride,
         groups=dict.fromkeys(channels, "swing"),
         one_recording=len(logs) == 1,
         raw=_unfiltered(recordings) if kind == "walk" else None,

@@ -12,7 +12,7 @@ from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.effects import find_effect, having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.experiments.contract import Experiment
-from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.case import Case, every
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Parameter
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 
 _FEWEST_SAMPLES = 2
+_FOLLOWED_HZ, _JUDGED_HZ = 100.0, 20.0
+"""Rates at which what remembers follows a walk, whose logs are filtered far below that, and at
+which its residual is judged."""
 OF_CELLS = "for load cells only; transducers have scale_matrix, cross_coupling and axis_flip"
 
 
@@ -77,6 +80,13 @@ class CaseRead:
             for name, effect in table.items()
             if name not in self.untested
         }
+
+
+def followed(logs: Sequence[Log], rate_hz: float) -> tuple[tuple[Log, ...], int]:
+    """The rows of walks that are kept, and every how many of these are judged."""
+    often = max(int(rate_hz / _FOLLOWED_HZ), 1)
+    stride = max(round(rate_hz / often / _JUDGED_HZ), 1)
+    return tuple(every(log, often) for log in logs), stride
 
 
 def chain_of(

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.blocks import cut_balanced
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
-from footcal_cli.core.inference.case import FOLLOWED_HZ, Case, every
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.six_axis import PRIOR_SD
@@ -22,6 +22,7 @@ from footcal_cli.intake.cases.shared import (
     CaseRead,
     baseline_of,
     chain_of,
+    followed,
     of_cells,
     rate_of,
 )
@@ -31,9 +32,6 @@ from footcal_cli.recipe.options import DiagnoseOptions
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
-
-
-_JUDGED_HZ = 20.0
 
 
 def read(session: Session[DiagnoseOptions]) -> CaseRead:
@@ -55,11 +53,10 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     weight = session.recipe.robot.weight_n or 700.0
     rate = rate_of(logs[0], recordings[0].name)
     walks = kind == "walk"
-    often = max(int(rate / FOLLOWED_HZ), 1) if walks else 1
-    logs = [every(log, often) for log in logs]
+    kept, stride = followed(logs, rate if walks else 0.0)
     case = Case(
         experiment=experiment,
-        logs=tuple(logs),
+        logs=kept,
         chain=chain,
         values=values,
         calibration=ParameterSet(calibration),
@@ -68,7 +65,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_nm=options.tolerance_mm / 1000.0 * weight,
         drifts=walks,
         alike=False,
-        stride=max(round(rate / often / _JUDGED_HZ), 1) if walks else 1,
+        stride=stride,
         groups={c: "swing force" if ".f" in c else "swing torque" for c in channels},
         one_recording=len(logs) == 1,
         pieces=not walks,
