@@ -53,7 +53,7 @@ from footcal_cli.core.simulation.robots import Hexapod
 from footcal_cli.core.simulation.scenario import hang_tilts, mounting
 from footcal_cli.intake.cases.cells import unseen_walking
 from footcal_cli.intake.cases.hang import unseen_hanging
-from footcal_cli.intake.cases.pose import pose_blocks
+from footcal_cli.intake.cases.pose import pose_blocks, with_known_offsets
 from footcal_cli.intake.cases.shared import needs_time, of_cells
 from tests.core.leg_cases import LEGS, hang_case
 from tests.core.test_diagnosis_bridge import ROBOT, affine, calibrated
@@ -71,6 +71,8 @@ WALKED = WalkPlan(duration_s=60.0)
 HUNG = HangPlan(cycles=4, cycle_s=10.0, rate_hz=2.4)
 HANGINGS = 3
 """How often the robot is hung in its four orientations."""
+HUNG_OFFSETS = np.diag([0.02] * 3 + [0.002] * 3) ** 2
+"""Covariance with which hanging knows the offsets of a leg, N² and N² m²."""
 POSED = PosePlan(poses=120, tripods=60, friction_n=3.0, uneven=0.5, tilt_rad=0.1)
 DRIFT_OF_GAIN, DRIFT_OF_BIAS_N = 2e-4, 0.01
 """Random walk of the cells within the root of a second of walking."""
@@ -360,10 +362,11 @@ def pose_case(logs: tuple[Log, ...], seed: int) -> Case:
     """Blocks are some poses in a row."""
     chain, values = _hips(seed)
     free = tuple(replace(p, value=values[p.name]) for p in chain.parameters())
-    return Case(
+    case = Case(
         pose.EXPERIMENT, logs, chain, values, ParameterSet(free),
         tolerance_n=0.002 * HEXAPOD.weight_n, tolerance_nm=MM * HEXAPOD.weight_n, alike=False,
     )  # fmt: skip
+    return with_known_offsets(case, dict.fromkeys(HEXAPOD.legs, HUNG_OFFSETS))
 
 
 HANGING = tuple(c for c in HEXAPOD.channels if c.split(".")[0] in LEGS)

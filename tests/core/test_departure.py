@@ -38,7 +38,7 @@ def problem(bias: float, known_sd: float | None) -> Problem:
 def test_a_calibration_that_must_move_is_far_and_a_name_that_spares_it_is_sure() -> None:
     before = problem(1.0, 0.05)
     after = before.holding(np.ones((ROWS, 1)))  # a cause that is free to be that constant
-    found = departure_of(before, after, before.law, 1)
+    found = departure_of(before, after, before.law, 1, 1.0)
     assert found is not None
     assert found.directions == 2
     # the closed form: θ = (XᵀX/s² + K)⁻¹ Xᵀr/s², D = θᵀKθ
@@ -50,22 +50,25 @@ def test_a_calibration_that_must_move_is_far_and_a_name_that_spares_it_is_sure()
 
 
 def test_its_p_is_that_of_the_f_distribution() -> None:
-    known = Departure(before=40.0, after=26.0, directions=14, causes=1)
+    known = Departure(before=40.0, after=26.0, directions=14, causes=1, among=1.0)
     assert known.p == pytest.approx(float(stats.f.sf(14.0 / 2.0, 1, 13)))
     # a stated sd is not taken to be too large: what is left counts for one at least
-    small = Departure(before=15.0, after=1.0, directions=14, causes=1)
+    small = Departure(before=15.0, after=1.0, directions=14, causes=1, among=1.0)
     assert small.p == pytest.approx(float(stats.f.sf(14.0, 1, 13)))
-    assert Departure(9.0, 0.0, 1, 1).p == 1.0
+    assert Departure(9.0, 0.0, 1, 1, 1.0).p == 1.0
+    # the best of many tests is as likely by chance as any one of them (Šidák)
+    best = Departure(before=40.0, after=26.0, directions=14, causes=1, among=20.0)
+    assert best.p == pytest.approx(1.0 - (1.0 - known.p) ** 20.0)
 
 
 def test_far_is_beyond_what_its_sd_allows() -> None:
-    assert not Departure(100.0, 14.0, 14, 1).far
-    assert Departure(100.0, 40.0, 14, 1).far
+    assert not Departure(100.0, 14.0, 14, 1, 1.0).far
+    assert Departure(100.0, 40.0, 14, 1, 1.0).far
 
 
 def test_nothing_known_tells_nothing() -> None:
     free = problem(1.0, None)
-    assert departure_of(free, free, free.law, 1) is None
+    assert departure_of(free, free, free.law, 1, 1.0) is None
 
 
 def test_a_cause_is_out_at_given_odds_but_not_by_one_block() -> None:
@@ -93,6 +96,6 @@ def test_the_form_of_a_cause_bounds_how_sure_a_loss_is() -> None:
 
 def test_without_names_p_is_one_where_nothing_moves() -> None:
     before = problem(0.0, 0.05)
-    found = departure_of(before, before, before.law, 1)
+    found = departure_of(before, before, before.law, 1, 1.0)
     assert found is not None
     assert found.p == 1.0

@@ -56,7 +56,7 @@ def cause_of(signature: Signature, size: float = 0.0) -> Cause:
 
 def tried(effect: str, loss: float, p: float) -> Tried:
     empty = np.empty((0, 0))
-    scatter = Scatter(empty, np.empty(0), 0.0)
+    scatter = Scatter(empty, np.empty(0), 0.0, np.empty((0, 0)))
     fitted = Refit(None, {}, (), (), scatter, empty, np.empty(0), None, True, None)  # type: ignore[arg-type]
     own = loss + 0.1 * np.cos(np.arange(12.0))
     cause = cause_of(Signature(effect, "", "all cells", ""))

@@ -63,7 +63,7 @@ def stands(values: FloatArray, apart: FloatArray) -> bool:
     """Whether couplings of one leg count as something, by what leaving out blocks does to them."""
     parameters = COUPLINGS[: values.size]
     names = tuple(f"fl.{p.name}" for p in parameters)
-    scatter = Scatter(apart, np.full(values.size, float(BLOCKS)), 0.0)
+    scatter = Scatter(apart, np.full(values.size, float(BLOCKS)), 0.0, np.zeros((values.size,) * 2))
     intervals = tuple(
         scatter.interval(v, turn) for v, turn in zip(values, np.eye(values.size), strict=True)
     )
@@ -90,7 +90,10 @@ def test_sizes_that_calibration_trades_count_by_what_they_are_together() -> None
     rng = np.random.default_rng(1)
     spread = np.array([[1.0, -0.999], [-0.999, 1.0]]) * 0.01**2
     nothing, apart = drawn(rng, spread)
-    each = [Scatter(apart, np.full(2, float(BLOCKS)), 0.0).interval(0.005, t) for t in np.eye(2)]
+    each = [
+        Scatter(apart, np.full(2, float(BLOCKS)), 0.0, np.zeros((2, 2))).interval(0.005, t)
+        for t in np.eye(2)
+    ]
     assert all(i.low < 0.0 < i.high for i in each)
     assert stands(nothing + 0.005, apart)
 

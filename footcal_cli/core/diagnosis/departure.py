@@ -5,18 +5,24 @@ Of the room of the diagnosis; `footcal_cli.core.diagnosis.standing` asks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
 from footcal_cli.core.inference.grams import calibration_grams
-from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.linear import left_by
+from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scores import coefficients
 from footcal_cli.core.inference.whitening import Noise
 
 _RANK = 1e-12
 _FAR = 0.01
+_WITHIN = 1e-3
+"""Share of a cause's square beside the calibration's columns, below which it is one of them."""
+_HELD = 1e6
+"""Times the precision with which a calibration was known, that holds it there."""
 
 
 @dataclass(frozen=True)
@@ -29,26 +35,30 @@ class Departure:
         Without and with the named causes.
     directions, causes
         In how many directions something was known, and how many sizes are named.
+    among
+        Number of independent tests that the causes were chosen among.
     """
 
     before: float
     after: float
     directions: int
     causes: int
+    among: float
 
     @property
     def p(self) -> float:
         """That names which are nothing bring the calibration so much nearer.
 
         ``F = ((D₀ − D₁) / k) / max(D₁ / (n − k), 1)``: the stated sd may be too small, which what
-        is left tells, and is not taken to be too large.
+        is left tells, and is not taken to be too large. The best of n has ``1 − (1 − p)ⁿ``.
         """
         freedom = self.directions - self.causes
         if freedom < 1:
             return 1.0
         scale = max(self.after / freedom, 1.0)
         f = (self.before - self.after) / self.causes / scale
-        return float(stats.f.sf(f, self.causes, freedom))
+        p = float(stats.f.sf(f, self.causes, freedom))
+        return 1.0 if p == 1.0 else float(-np.expm1(self.among * np.log1p(-p)))
 
     @property
     def far(self) -> bool:
@@ -56,7 +66,9 @@ class Departure:
         return bool(stats.chi2.sf(self.after, max(self.directions, 1)) < _FAR)
 
 
-def departure_of(before: Problem, after: Problem, noise: Noise, causes: int) -> Departure | None:
+def departure_of(
+    before: Problem, after: Problem, noise: Noise, causes: int, among: float
+) -> Departure | None:
     """The distances of two models in one noise; None where nothing was known of a calibration.
 
     Parameters
@@ -65,14 +77,31 @@ def departure_of(before: Problem, after: Problem, noise: Noise, causes: int) -> 
         The baseline and the problem on the extended model.
     noise
         In which both are fitted.
-    causes
-        Number of named sizes.
+    causes, among
+        Number of named sizes, and of independent tests that they were chosen among.
     """
     if before.known is None or after.known is None:
         return None
     spread = np.linalg.eigvalsh(before.known)
     directions = int(np.sum(spread > _RANK * spread.max(initial=0.0)))
-    return Departure(_of(before, noise), _of(after, noise), directions, causes)
+    return Departure(_of(before, noise), _of(after, noise), directions, causes, among)
+
+
+def of_calibration(problem: Problem, named: Sequence[Signature]) -> bool:
+    """Whether a known calibration could take up a named cause whole, so that no block tells it."""
+    at = [problem.signatures.index(one) for one in named if one in problem.signatures]
+    if problem.known is None or not at:
+        return False
+    columns = problem.columns[:, at]
+    left = left_by(problem.calibration, columns, _RANK)
+    share = np.einsum("ij,ij->j", left, left) / np.einsum("ij,ij->j", columns, columns)
+    return bool(np.any(share < _WITHIN))
+
+
+def as_known(problem: Problem) -> Problem:
+    """The problem with its calibration held at what was known of it."""
+    assert problem.known is not None
+    return replace(problem, known=_HELD * problem.known)
 
 
 def _of(problem: Problem, noise: Noise) -> float:

@@ -112,6 +112,11 @@ def _likeness(lib: Library, rules: Rules) -> float:
     """Of all blocks: a fold less changes nothing of it, and it is the most work of a search."""
     if lib.problem.settings is None and not has_single_rows(lib.problem):
         return 0.0
+    return likeness_of(lib, rules)
+
+
+def likeness_of(lib: Library, rules: Rules) -> float:
+    """Number of independent tests that a search of candidates within blocks is."""
     tested = lib.grams.candidates[lib.testable & ~lib.between & ~lib.local]
     return alike_as(lib.grams, lib.grams.calibration, tested, rules.alpha_name)
 

@@ -12,7 +12,12 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Verdict
 from footcal_cli.core.diagnosis.contenders import fit
-from footcal_cli.core.diagnosis.departure import Departure, departure_of
+from footcal_cli.core.diagnosis.departure import (
+    Departure,
+    as_known,
+    departure_of,
+    of_calibration,
+)
 from footcal_cli.core.diagnosis.gain import (
     Gain,
     bought,
@@ -21,7 +26,7 @@ from footcal_cli.core.diagnosis.gain import (
     without_rivals,
 )
 from footcal_cli.core.diagnosis.kindred import excess_of
-from footcal_cli.core.diagnosis.nested import nested_losses
+from footcal_cli.core.diagnosis.nested import likeness_of, nested_losses
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
@@ -103,15 +108,22 @@ def standing(
     if count == 1 and path.model is not None and not alike.all():
         others = frozenset().union(*nested.chosen) - begun[0]
         alike = nested.alike([begun[0] | set(_outdone(subject, path, path.model, others))])
-    gains = gains_of(problem, without_rivals(final, path.model), final.law, nested, alike)
-    p, departure = 0.0, None
+    extended = without_rivals(final, path.model)
+    named = [cause.signature for cause in path.causes]
+    p, departure, hidden = 0.0, None, of_calibration(problem, named)
+    if hidden:
+        gains = gains_of(as_known(problem), as_known(extended), final.law)
+    else:
+        gains = gains_of(problem, extended, final.law, nested, alike)
     if problem.pieces:
         # a test of rows takes the pieces of a stance for more than they are: its blocks judge too
-        fair = output_losses(without_rivals(final, path.model), final.law)
+        fair = output_losses(extended, final.law)
         new = np.where(alike[:, None], fair, nested.loss)
         gained = (output_losses(problem, final.law) - new).sum(axis=1)
         p = sign_flip_mean(gained, sign_patterns(problem.blocks, seed))
-        departure = departure_of(problem, without_rivals(final, path.model), final.law, count)
+    if problem.pieces or hidden:
+        among = likeness_of(library, rules)
+        departure = departure_of(problem, extended, final.law, count, among)
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, departure)
 
 

@@ -139,6 +139,10 @@ def _change(since_s: FloatArray, theta: Theta) -> FloatArray:
     return after * wrench_of(theta, "offset_change")
 
 
+def _shift(_log: Log, theta: Theta) -> FloatArray:
+    return wrench_of(theta, "zero_shift")
+
+
 MOUNT_TRANSLATION = Effect(
     name="mount_translation",
     traits=(Trait.MOUNTING, Trait.LINEAR),
@@ -282,6 +286,21 @@ OFFSET_DRIFT = Effect(
     separates="hang the robot again at the end of the session",
 )
 
+ZERO_SHIFT = Effect(
+    name="zero_shift",
+    stage=Stage.SIX_AXIS,
+    scope=Scope.LEG,
+    parameters=per_axis("zero_shift", 1.0, 0.1, 100.0),
+    apply=on_wrenches(plus(_shift)),
+    remove=on_wrenches(plus(_shift, -1.0)),
+    experiments=("pose",),
+    formula="w_measured = w + Δ: the offset moved since it was calibrated",
+    source="Wu & Revzen, section V: offsets moved by up to 10 N in six months",
+    remedy="repeat hang-calib just before the robot stands, or find new offsets from tripods",
+    mimics=("offset", "offset_change", "robot_weight"),
+    separates="hang the robot again",
+)
+
 OFFSET_CHANGE = Effect(
     name="offset_change",
     traits=(Trait.TIMED, Trait.MEMORY),
@@ -308,6 +327,7 @@ EFFECTS = (
     SCALE_MATRIX,
     AXIS_FLIP,
     OFFSET_DRIFT,
+    ZERO_SHIFT,
     OFFSET_CHANGE,
 )
 """In the order in which a wrench passes them."""

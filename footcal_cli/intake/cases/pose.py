@@ -11,11 +11,13 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects import find_effect, having
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT, LEG_WEIGHT
 from footcal_cli.core.experiments.pose import EXPERIMENT
 from footcal_cli.core.inference.case import Case
-from footcal_cli.core.parameters import IntArray, Parameter, ParameterSet
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import Geometry, pose_data
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
 
+_RCOND = 1e-12
 POSE_S = 60.0
 """A pose takes about a minute: usual drifts are known per second."""
 POSES_PER_BLOCK = 4
@@ -57,12 +60,34 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         alike=False,
     )
     data = pose_data(without_effects(raw, session.parameters))
+    hung = zip(data.geometry.legs, legs, strict=True)
+    case = with_known_offsets(case, {name: leg.covariance[:6, :6] for name, leg in hung})
     untested = of_cells(EXPERIMENT) | _known_from_hanging(legs, case.tolerance_n)
     untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
     sd, _ = noise_sd_of(asked, len(legs), data.robot_weight_n)
     seen = standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m)
     timed = having(Trait.TIMED, experiment=EXPERIMENT.name)
     return CaseRead(case, seen, untested, {name: _by_pose(find_effect(name)) for name in timed})
+
+
+def with_known_offsets(case: Case, hung: Mapping[str, FloatArray]) -> Case:
+    """The case with the precision of its offsets from hanging; nothing is known of the mountings.
+
+    Offsets move a little before the robot stands: ``C_k + m²``, where the sum over all legs of
+    moves of sd m is as large as what matters.
+
+    Parameters
+    ----------
+    hung
+        Leg -> covariance C of its offset, shape (6, 6), N and Nm.
+    """
+    names = case.calibration.names
+    precision = np.zeros((len(names), len(names)))
+    moves = np.repeat([case.tolerance_n, case.tolerance_nm], 3) / np.sqrt(len(hung))
+    for leg, covariance in hung.items():
+        at = [names.index(f"{leg}.offset_{axis}") for axis in AXES]
+        precision[np.ix_(at, at)] = scaled_inverse(covariance + np.diag(moves**2), _RCOND)
+    return replace(case, known=precision)
 
 
 def _by_pose(effect: Effect) -> Effect:
