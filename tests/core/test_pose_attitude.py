@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.pose.attitude import find_attitude_sd
+from footcal_cli.core.pose.attitude import find_attitudes
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.problem import PoseOptions
 from tests.core.pose_cases import Case, case
@@ -29,7 +29,7 @@ def test_the_noise_of_attitudes_is_found_beside_that_of_transducers(known: bool)
     options = PoseOptions(noise_known=known)
 
     def found(data: PoseData, one: Case) -> float:
-        return find_attitude_sd(data, one.legs, one.noise_sd, options)
+        return find_attitudes(data, one.legs, one.noise_sd, options).sd_rad
 
     one = case(2, poses=POSES)
     assert found(one.data, one) == 0.0

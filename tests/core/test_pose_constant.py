@@ -9,6 +9,7 @@ import pytest
 
 from footcal_cli.core.pose.departures import constant_error
 from footcal_cli.core.pose.problem import PoseOptions
+from footcal_cli.core.pose.study import MountingStudy, study_mounting
 from tests.core.pose_cases import HIGH, LOW, Case, case
 
 UNKNOWN = PoseOptions(noise_known=False)
@@ -42,3 +43,41 @@ def test_offsets_that_moved_are_found_by_what_is_alike_in_all_poses(*, drifts: b
 def test_few_poses_say_nothing_of_it() -> None:
     one = moved(case(1, poses=8), np.full((6, 6), 1.0))
     assert constant_error(one.data, one.fit(UNKNOWN)).p == 1.0
+
+
+def studied(one: Case, weight_n: float) -> MountingStudy:
+    """The command's study where a weight was said, and nobody said how noisy a pose is."""
+    data = replace(one.data, robot_weight_n=weight_n)
+    return study_mounting(
+        data, one.legs, one.noise_sd, UNKNOWN,
+        structure="auto", translation_sd_m=0.005, directions="auto", folds=5,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", [5, 6])
+@pytest.mark.parametrize("poses", [30, 80])
+def test_a_wrong_mass_is_refuted_and_blames_no_leg(seed: int, poses: int) -> None:
+    one, factor = case(seed, poses=poses), float(np.random.default_rng(seed).choice([0.96, 1.05]))
+    true_n = one.data.robot_weight_n
+    study = studied(one, factor * true_n)
+    (found,) = study.refuted
+    assert abs(found.found - true_n) < 3.0 * found.found_sd
+    assert not study.moved
+    assert study.mapped.suspect is None
+    # the mountings are those of the right mass, to their own sd
+    right = studied(one, true_n)
+    assert not right.refuted
+    assert not right.moved
+    apart = study.fit.estimates().values[:36] - right.fit.estimates().values[:36]
+    assert np.all(np.abs(apart) < 2.0 * study.fit.estimates().sd[:36] + 1e-12)
+
+
+@pytest.mark.parametrize("seed", [5, 6])
+def test_an_offset_that_moved_is_no_wrong_mass(seed: int) -> None:
+    rng = np.random.default_rng([7, seed])
+    offset = np.zeros((6, 6))
+    offset[rng.integers(6), 2] = rng.choice([-1.0, 1.0]) * 1.5
+    one = moved(case(seed, poses=30), offset)
+    study = studied(one, one.data.robot_weight_n)
+    assert not study.refuted
+    assert study.moved or constant_error(study.data, study.fit).stands_out

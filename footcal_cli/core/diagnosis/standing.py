@@ -115,8 +115,9 @@ def standing(
         gains = gains_of(as_known(problem), as_known(extended), final.law)
     else:
         gains = gains_of(problem, extended, final.law, nested, alike)
-    if problem.pieces:
-        # a test of rows takes the pieces of a stance for more than they are: its blocks judge too
+    if problem.pieces or problem.known is not None:
+        # a test of rows takes the pieces of a stance for more than they are, and a name may only
+        # spare a known calibration a way that no block asks for: blocks judge too
         fair = output_losses(extended, final.law)
         new = np.where(alike[:, None], fair, nested.loss)
         gained = (output_losses(problem, final.law) - new).sum(axis=1)

@@ -7,6 +7,8 @@ the rotations of the mountings too sure, and the places of the hips too unsure.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
@@ -21,10 +23,26 @@ _FEWEST_LEFT = 30
 """Equations beyond the mounting that tell two kinds of noise from each other."""
 
 
-def find_attitude_sd(
+@dataclass(frozen=True)
+class Attitudes:
+    """How much the logged attitudes scatter.
+
+    Parameters
+    ----------
+    sd_rad
+        Of a pose, on the scale on which the transducers' noise was given.
+    misfit
+        −2 log of the poses' likelihood with it, but for a constant.
+    """
+
+    sd_rad: float
+    misfit: float
+
+
+def find_attitudes(
     data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, options: PoseOptions
-) -> float:
-    r"""Sd of a pose's attitude (rad), on the scale on which `noise_sd` is the transducers' noise.
+) -> Attitudes:
+    r"""Sd of a pose's attitude.
 
     Of the balance's errors e with covariance ``S(σ) = M (N + σ² G) Mᵀ``, the σ that minimises
 
@@ -35,7 +53,7 @@ def find_attitude_sd(
     """
     fit = fit_pose(summarise(data), legs, noise_sd, options)
     if fit.left < _FEWEST_LEFT or not fit.converged:
-        return 0.0
+        return Attitudes(0.0, np.inf)
     matrix, error = fit.matrix, data.features() @ fit.matrix.T
 
     def cost(sd_rad: float) -> float:
@@ -46,5 +64,7 @@ def find_attitude_sd(
 
     costs = [cost(sd) for sd in _GRID_RAD]
     best = int(np.argmin(costs))
-    gained = cost(0.0) - costs[best]
-    return float(_GRID_RAD[best]) if gained > np.log(6.0 * len(data)) else 0.0
+    still = cost(0.0)
+    if still - costs[best] > np.log(6.0 * len(data)):
+        return Attitudes(float(_GRID_RAD[best]), costs[best])
+    return Attitudes(0.0, still)

@@ -16,6 +16,7 @@ from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit
 
+ROBOT_WEIGHT = "robot.weight"
 _SIGMAS = 4.0
 _FEWEST_POSES = 10
 _CONSTANT_P, _CONSTANT_SHARE = 1e-6, 0.2

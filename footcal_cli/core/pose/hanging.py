@@ -51,6 +51,12 @@ class LegKnowledge:
     covariance: FloatArray
     com_m: FloatArray
 
+    def moved(self, sd: FloatArray) -> LegKnowledge:
+        """The same with offsets that may have moved since, by an sd of shape (6,)."""
+        covariance = self.covariance.copy()
+        covariance[range(6), range(6)] += sd**2
+        return replace(self, covariance=covariance)
+
     def without_directions(self) -> LegKnowledge:
         """The same without what the directions of gravity say."""
         none = np.zeros((0, 3))

@@ -13,6 +13,8 @@ from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.problem import feature_noise
 
+_SUSPECT_P = 1e-4
+_SUSPECT_SHARE = 0.1
 _SLOPES = 36
 """Of six balances by six readings of a leg; six means besides."""
 
@@ -36,6 +38,12 @@ class LegMap:
     foretold: FloatArray
     share: FloatArray
     p: FloatArray
+
+    @property
+    def suspect(self) -> int | None:
+        """The leg that does not fit the others, by number: what it predicts is no chance."""
+        found = np.flatnonzero((self.p < _SUSPECT_P) & (self.share > _SUSPECT_SHARE))
+        return int(found[np.argmax(self.share[found])]) if found.size else None
 
 
 def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
-from footcal_cli.core.pose.attitude import find_attitude_sd
+from footcal_cli.core.pose.attitude import find_attitudes
 from footcal_cli.core.pose.data import PoseData, summarise
+from footcal_cli.core.pose.departures import ROBOT_WEIGHT, Departure
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, directions_agree, fit_pose
 from footcal_cli.core.pose.leg_map import LegMap, leg_map
@@ -19,6 +20,11 @@ from footcal_cli.core.pose.selection import Candidate, compare_structures, cross
 from footcal_cli.core.pose.slow_noise import SlowNoise, fit_pose_slowly
 from footcal_cli.core.pose.standing import OffsetFit, StandingRobot, fit_offsets
 from footcal_cli.core.pose.wrenches import leg_coms_t_m
+
+_REFUTED = 16.0
+"""Misfit that a free weight must remove: that of 4 sd."""
+_MOVED = np.array([50.0] * 3 + [5.0] * 3)
+"""Sd, N and Nm, of offsets of which nothing is known any more."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,12 @@ class MountingStudy:
         The fit judged on poses it was not made with.
     mapped
         What each leg's readings predict of the residual.
+    refuted
+        The robot's weight where the poses contradict it: it is then free, as a prior that is wrong
+        would bend the mountings, and make legs seem wrong that are not.
+    moved
+        Whether the poses contradict the weight only because offsets moved since hanging, and no
+        leg is wrong beyond that.
     dropped
         The fit in which the hanging directions of the legs contradict each other; None where they
         agree, or were not asked.
@@ -49,6 +61,8 @@ class MountingStudy:
     candidates: tuple[Candidate, ...]
     held_out: Candidate
     mapped: LegMap
+    refuted: tuple[Departure, ...]
+    moved: bool
     dropped: PoseFit | None
 
 
@@ -78,7 +92,7 @@ def study_mounting(
     directions
         Gravity's directions from hanging: ``use``, ``ignore``, or ``auto`` where they agree.
     """
-    free = replace(free, attitude_sd_rad=find_attitude_sd(data, legs, noise_sd, free))
+    free, refuted, moved = _with_weight(data, legs, noise_sd, free)
     legs, dropped = _with_directions(data, legs, noise_sd, free, directions)
     candidates = compare_structures(data, legs, noise_sd, free, folds)
     chosen, prior = candidates[0].structure, translation_sd_m or np.inf
@@ -92,7 +106,51 @@ def study_mounting(
     held_out = cross_validated(data, legs, noise_sd, fit, folds)
     scaled = noise_sd * (1.0 if free.noise_known else fit.noise_factor)
     mapped = leg_map(data, fit, scaled)
-    return MountingStudy(data, legs, fit, slow, tuple(candidates), held_out, mapped, dropped)
+    if moved:  # a leg with another gain has other offsets too, and more than those is wrong with it
+        loose = fit_pose(summarise(data), _loosened(legs), noise_sd, final)
+        scaled = noise_sd * (1.0 if free.noise_known else loose.noise_factor)
+        mapped = leg_map(data, loose, scaled)
+        moved = mapped.suspect is None
+    return MountingStudy(
+        data, legs, fit, slow, tuple(candidates), held_out, mapped, refuted, moved, dropped
+    )
+
+
+def _loosened(legs: tuple[LegKnowledge, ...]) -> tuple[LegKnowledge, ...]:
+    """The legs with offsets of which hanging says nothing any more."""
+    return tuple(leg.moved(_MOVED) for leg in legs)
+
+
+def _with_weight(
+    data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, stated: PoseOptions
+) -> tuple[PoseOptions, tuple[Departure, ...], bool]:
+    """Options with the attitudes' scatter; the robot's weight free where the poses refute it.
+
+    They do where it is 4 sd off, and free explains the poses better than offsets that moved
+    since hanging would: by the Bayesian information criterion, one number against the six sums.
+
+    Returns
+    -------
+    options, refuted, moved
+        As in `MountingStudy`.
+    """
+    free = replace(stated, robot_weight_sd_n=data.robot_weight_n)
+    found = find_attitudes(data, legs, noise_sd, stated)
+    weighed = find_attitudes(data, legs, noise_sd, free)
+    kept = replace(stated, attitude_sd_rad=found.sd_rad)
+    free = replace(free, attitude_sd_rad=weighed.sd_rad)
+    if not np.isfinite(found.misfit) or found.misfit - weighed.misfit < _REFUTED:
+        return kept, (), False
+    loose = find_attitudes(data, _loosened(legs), noise_sd, stated)
+    if loose.misfit + 5.0 * np.log(6.0 * len(data)) < weighed.misfit:
+        return kept, (), True
+    weight = fit_pose(summarise(data), legs, noise_sd, free).estimates()
+    value, sd = float(weight.values[-1]), float(weight.sd[-1])
+    apart = abs(value - data.robot_weight_n) / np.hypot(sd, stated.robot_weight_sd_n)
+    departure = Departure(
+        ROBOT_WEIGHT, "N", data.robot_weight_n, stated.robot_weight_sd_n, value, sd, float(apart)
+    )
+    return free, (departure,), False
 
 
 def _with_directions(

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from footcal_cli.core.pose.common import CommonShift, common_shift, common_turn
-from footcal_cli.core.pose.departures import ConstantError, Departure
+from footcal_cli.core.pose.departures import ROBOT_WEIGHT, ConstantError, Departure
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.quality import Finding
@@ -15,40 +15,32 @@ from footcal_cli.core.spatial import rotation_log
 from footcal_cli.report import number, with_sd
 from footcal_cli.sheets.pose.mounting_tables import common_sd
 
-_SUSPECT_P = 1e-4
-_SUSPECT_SHARE = 0.1
-BELIEF = {"robot.weight": "the recipe's mass"}
+BELIEF = {ROBOT_WEIGHT: "the recipe's mass"}
 """Who believed in a quantity before the poses; all others are known from hanging."""
 _MOST_DEPARTURES = 4
 """So many contradictions are reported; they have one cause, mostly."""
 
 
-def suspect_legs(mapped: LegMap, legs: Sequence[str]) -> list[str]:
-    """Legs whose own readings predict the residual, the worst one only."""
-    found = [
-        (share, leg)
-        for leg, share, p in zip(legs, mapped.share, mapped.p, strict=True)
-        if p < _SUSPECT_P and share > _SUSPECT_SHARE
-    ]
-    return [max(found)[1]] if found else []
-
-
-def findings(fit: PoseFit, mapped: LegMap, *, com_given: bool = True) -> Iterator[Finding]:
+def findings(
+    fit: PoseFit, mapped: LegMap, *, com_given: bool = True, shifted: bool = False
+) -> Iterator[Finding]:
     """A leg that does not fit, poses that do not suffice, a turn that all mountings share.
 
     Parameters
     ----------
     com_given
         Whether it was said where the CoM of the chassis lies.
+    shifted
+        Whether offsets moved since hanging: that bends the fit, and makes other legs seem wrong.
     """
-    for k, leg in enumerate(fit.geometry.legs):
-        if leg in suspect_legs(mapped, fit.geometry.legs):
-            yield Finding(
-                "leg_predicts_residual", "warning", f"leg {leg}",
-                f"its own readings predict {100 * mapped.share[k]:.0f} % of the residual of the "
-                "balance",
-                "check gain, axes and channels of that transducer; run diagnose",
-            )  # fmt: skip
+    suspect = None if shifted else mapped.suspect
+    if suspect is not None:
+        yield Finding(
+            "leg_predicts_residual", "warning", f"leg {fit.geometry.legs[suspect]}",
+            f"its own readings predict {100 * mapped.share[suspect]:.0f} % of the residual of the "
+            "balance",
+            "check gain, axes and channels of that transducer; run diagnose",
+        )  # fmt: skip
     if fit.rank < fit.free:
         yield Finding(
             "rank", "warning", f"{fit.poses} poses",
@@ -101,24 +93,23 @@ def _com_elsewhere(fit: PoseFit, com_given: bool) -> tuple[Finding, ...]:
     )
 
 
-def constant_findings(found: ConstantError, contradicted: Sequence[Departure]) -> Iterator[Finding]:
-    """What is wrong in all poses alike, where no wrong weight explains it."""
-    if found.stands_out and not contradicted:
-        force = ", ".join(number(float(value), 2) for value in found.mean[:3])
-        yield Finding(
-            "constant_error", "warning", "all legs",
-            f"the sum of forces is off by ({force}) N in the body's axes in all poses alike, "
-            f"{100 * found.share:.0f} % of the residual's mean square: offsets moved since "
-            "hanging, or something pulls on the body",
-            "hang the robot again just before it stands, or find new offsets from tripods "
-            "(--fit offsets); check cables",
-        )  # fmt: skip
+def constant_findings(found: ConstantError) -> Iterator[Finding]:
+    """What is wrong in all poses alike."""
+    force = ", ".join(number(float(value), 2) for value in found.mean[:3])
+    yield Finding(
+        "constant_error", "warning", "all legs",
+        f"the sum of forces is off by ({force}) N in the body's axes in all poses alike, "
+        f"{100 * found.share:.0f} % of the residual's mean square: offsets moved since "
+        "hanging, or something pulls on the body",
+        "run diagnose, which looks for the leg; hang the robot again just before it stands, or "
+        "find new offsets from tripods (--fit offsets); check cables",
+    )  # fmt: skip
 
 
 def departure_findings(found: Sequence[Departure]) -> Iterator[Finding]:
     """Where the poses contradict the scale or the hanging robot."""
     for one in found[:_MOST_DEPARTURES]:
-        of_robot = one.name == "robot.weight"
+        of_robot = one.name == ROBOT_WEIGHT
         said = BELIEF.get(one.name, "hanging")
         yield Finding(
             "robot_weight_differs" if of_robot else "differs_from_hanging", "warning", one.name,

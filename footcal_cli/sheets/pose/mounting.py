@@ -11,7 +11,6 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import CommonShift
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.departures import (
-    ConstantError,
     Departure,
     constant_error,
     departures,
@@ -40,7 +39,6 @@ from footcal_cli.sheets.pose.findings import (
     disagreeing_directions,
     findings,
     shared_shift,
-    suspect_legs,
 )
 from footcal_cli.sheets.pose.mounting_tables import (
     candidate_sheet,
@@ -75,13 +73,16 @@ def outcome_of(
     data, fit = study.data, study.fit
     calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
     com = robot_com_b_m(calibration, data, calibration.leg_weight_n / data.robot_weight_n)
-    contradicted = departures(fit, study.legs, data.robot_weight_n)
     constant = constant_error(data, fit)
+    contradicted = (*study.refuted, *departures(fit, study.legs, data.robot_weight_n))
+    if study.moved:  # which is why they contradict hanging and the scale
+        contradicted = ()
+    shifted = study.moved or (constant.stands_out and not contradicted)
     alike = None if "chassis_com_m" in options.model_fields_set else shared_shift(fit)
     dropped = () if study.dropped is None else (disagreeing_directions(study.dropped),)
     return Outcome(
         title=f"Standing calibration of {robot}",
-        verdict=verdict(study, stages, contradicted, constant, alike),
+        verdict=verdict(study, stages, contradicted, alike, shifted=shifted),
         pictures=_pictures(study, stages, com),
         sheets=(
             mounting_sheet(fit),
@@ -90,8 +91,8 @@ def outcome_of(
             prior_sheet(fit, study.legs),
         ),
         findings=(
-            *dropped, *findings(fit, study.mapped, com_given=alike is None),
-            *departure_findings(contradicted), *constant_findings(constant, contradicted),
+            *dropped, *findings(fit, study.mapped, com_given=alike is None, shifted=shifted),
+            *departure_findings(contradicted), *(constant_findings(constant) if shifted else ()),
         ),
         footer=footer(options.method, options.balance, options.errors_in_variables),
         rmse=RmseRecord(rows=rmse_rows(stages, study.held_out), rejected=dict(rejected)),
@@ -200,7 +201,7 @@ def pose_wrenches(data: PoseData, calibration: FootCalibration) -> dict[str, obj
 
 def verdict(
     study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure],
-    constant: ConstantError, alike: CommonShift | None = None,
+    alike: CommonShift | None = None, *, shifted: bool = False,
 ) -> VerdictRecord:  # fmt: skip
     """One sentence: what the sum of forces was off by, and is now on poses not used.
 
@@ -208,6 +209,8 @@ def verdict(
     ----------
     alike
         The shift that all hips share, where nobody said where the CoM of the chassis lies.
+    shifted
+        Whether offsets moved since hanging.
     """
     fit, held_out = study.fit, study.held_out
     before = root_mean_square(stages["before"][:, :3])
@@ -226,7 +229,6 @@ def verdict(
         *attitude_words(fit),
         *slow_words(study.slow),
     ]
-    suspects = suspect_legs(study.mapped, fit.geometry.legs)
     if not fit.converged:
         return VerdictRecord(
             level="bad", sentence="The fit did not converge.", details=tuple(details)
@@ -236,11 +238,11 @@ def verdict(
         f"{'' if alternated else ' on poses not used for the fit'} ({number(before, 2)} N with a "
         "tare in the air)."
     )
-    shifted = constant.stands_out and not contradicted
-    if suspects and not shifted:
+    suspect = study.mapped.suspect
+    if suspect is not None and not shifted:
         return VerdictRecord(
             level="warning",
-            sentence=f"{sentence} Leg {', '.join(suspects)} does not fit the others.",
+            sentence=f"{sentence} Leg {fit.geometry.legs[suspect]} does not fit the others.",
             details=tuple(details),
         )
     if contradicted:
