@@ -85,12 +85,11 @@ QUICK = {
     "walk": (1,),
     "walk, drifting": (0,),
     "stand": (0,),
-    "hang": (0,),
 }
 """Trials of every test run, by number: the cheap ones, of walks the clean one that drifts and one
 effect. What stands and legs hide is looked for by
-`tests.core.test_diagnosis_stances`, `tests.core.test_diagnosis_legs` and `tests.cli`, poses without
-an effect by `tests.cli.test_shipped_pipeline`."""
+`tests.core.test_diagnosis_stances`, `tests.core.test_diagnosis_legs` and `tests.cli`, hangings and
+poses without an effect by `tests.cli.test_shipped_pipeline`."""
 
 
 def _scores(group: str, numbers: Sequence[int], folder: Path) -> list[Score]:

@@ -10,10 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from footcal_cli.app import main
 from footcal_cli.records.diagnosis import DiagnosisRecord, PlanRecord
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
-from tests.conftest import Run
+from tests.conftest import Run, drawing
 
 CELLS = ("left_fl", "left_fr", "left_rl")
 STEPS = np.array([0.0, 1.0, 3.0, 6.0, 10.0, 15.0, 20.0, 15.0, 10.0, 6.0, 3.0, 1.0, 0.0])
@@ -67,10 +68,20 @@ def diagnosed(run: Run, log: Path, out: Path, *more: object) -> DiagnosisRecord:
     return read_record(DiagnosisRecord, out / "diagnosis.json")
 
 
-@pytest.mark.usefixtures("drawn")
-def test_hidden_hysteresis_is_named_sized_and_worth_something(run: Run, tmp_path: Path) -> None:
-    write_weights(tmp_path / "weights.csv", 1, width=0.5)
-    record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")
+@pytest.fixture(scope="module")
+def lagged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Weights with a hidden hysteresis, and in ``out`` their diagnosis."""
+    folder = tmp_path_factory.mktemp("lagged")
+    write_weights(folder / "weights.csv", 1, width=0.5)
+    words = ("--experiment", "weights", "--tolerance-n", "0.02", "--out", str(folder / "out"))
+    with drawing(), pytest.raises(SystemExit) as ended:
+        main(["diagnose", str(folder / "weights.csv"), *words, "--quiet"])
+    assert ended.value.code == 0
+    return folder
+
+
+def test_hidden_hysteresis_is_named_sized_and_worth_something(lagged: Path) -> None:
+    record = read_record(DiagnosisRecord, lagged / "out/diagnosis.json")
     assert record.verdict == "named"
     (cause,) = record.causes
     assert (cause.effect, cause.where) == ("hysteresis", "all cells")
@@ -85,25 +96,25 @@ def test_hidden_hysteresis_is_named_sized_and_worth_something(run: Run, tmp_path
     status = {row.effect: row.status for row in record.effects}
     assert status["hysteresis"] == "present"
     assert status["temperature_bias"] == "not_testable"
-    report = (tmp_path / "out/report.html").read_text("utf-8")
+    report = (lagged / "out/report.html").read_text("utf-8")
     assert report.index("Evidence") < report.index("data:image/png")
     assert "hysteresis" in record.sentence
     assert record.sentence.endswith("No other effect passes the tests.")
     page = report[report.index('id="result"') :]
     assert page.index("Approach every load from the same side") < page.index("<ul>")
-    assert str(tmp_path) not in page[: page.index("</section>")]
+    assert str(lagged) not in page[: page.index("</section>")]
     assert "To reproduce: footcal diagnose" in report
     assert "--tolerance-n 0.02" in report
 
 
-def test_the_extended_model_is_read_and_leaves_nothing(run: Run, tmp_path: Path) -> None:
-    write_weights(tmp_path / "weights.csv", 2, width=0.5)
-    diagnosed(run, tmp_path / "weights.csv", tmp_path / "first")
-    extended = tmp_path / "first/parameters_extended.json"
+def test_the_extended_model_is_read_and_leaves_nothing(
+    run: Run, lagged: Path, tmp_path: Path
+) -> None:
+    extended = lagged / "out/parameters_extended.json"
     parameters = read_record(ParametersRecord, extended)
     assert [e.effect for e in parameters.effects] == ["hysteresis"]
     assert parameters.parameters["all.hysteresis_width"].value == pytest.approx(0.5, abs=0.06)
-    again = diagnosed(run, tmp_path / "weights.csv", tmp_path / "second", "--parameters", extended)
+    again = diagnosed(run, lagged / "weights.csv", tmp_path / "second", "--parameters", extended)
     assert again.verdict == "none"
 
 
@@ -120,6 +131,7 @@ def test_clean_weights_name_nothing_and_say_what_would_have_shown(run: Run, tmp_
     assert any("could not be tested" in line for line in verdict["details"])
 
 
+@pytest.mark.slow
 def test_an_effect_left_out_of_the_table_gets_no_confident_other_name(
     run: Run, tmp_path: Path
 ) -> None:
@@ -129,10 +141,15 @@ def test_an_effect_left_out_of_the_table_gets_no_confident_other_name(
     assert all(row.effect != "hysteresis" for row in record.effects)
 
 
-def test_too_few_sessions_are_called_so(run: Run, tmp_path: Path) -> None:
+def test_too_few_sessions_are_called_so_and_an_effect_left_out_is_in_no_table(
+    run: Run, tmp_path: Path
+) -> None:
     write_weights(tmp_path / "weights.csv", 5, width=0.5, sessions=2)
-    record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out")
+    record = diagnosed(run, tmp_path / "weights.csv", tmp_path / "out", "--without", "creep")
     assert record.verdict == "underpowered"
+    rows = {row.effect for row in record.effects}
+    assert "hysteresis" in rows
+    assert "creep" not in rows
     assert "Record at least 4 more" in record.sentence
 
 

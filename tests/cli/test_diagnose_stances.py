@@ -77,7 +77,9 @@ def stand(seed: int, play_n: float) -> pd.DataFrame:
     return pd.DataFrame(log)
 
 
-@pytest.mark.parametrize(("play_n", "quiet"), [(0.0, True), (15.0, False)])
+@pytest.mark.parametrize(
+    ("play_n", "quiet"), [(0.0, True), pytest.param(15.0, False, marks=pytest.mark.slow)]
+)
 def test_a_weight_that_differs_from_stance_to_stance_is_no_noise(
     tmp_path: Path, run: Run, play_n: float, quiet: bool
 ) -> None:

@@ -47,7 +47,9 @@ def write_wrist(path: Path, hidden: str) -> None:
     table.to_csv(path, index=False)
 
 
-@pytest.mark.parametrize("hidden", HIDDEN)
+@pytest.mark.parametrize(
+    "hidden", [pytest.param(h, marks=[pytest.mark.slow] if h == "drift" else []) for h in HIDDEN]
+)
 def test_what_is_wrong_with_a_wrist_sensor_is_named(tmp_path: Path, run: Run, hidden: str) -> None:
     write_wrist(tmp_path / "wrist.csv", hidden)
     (tmp_path / "wrist.toml").write_text(RECIPE)

@@ -1,4 +1,8 @@
-"""Every shipped recipe with cells or feet: simulate, check, calibrate, diagnose, no other flags."""
+"""Every shipped recipe with cells or feet: simulate, check, calibrate, diagnose, no other flags.
+
+Each is simulated and checked in every test run, one of each kind of robot is calibrated and
+diagnosed; `make studies` does so with all of them.
+"""
 
 from __future__ import annotations
 
@@ -45,35 +49,55 @@ def test_every_shipped_recipe_is_listed() -> None:
     assert shipped == set(ABLE)
 
 
-OF_ANOTHER = "nao_walk"
-"""The biped of `templates/nao_like_biped`, which every run takes; `make studies` takes both."""
+WHOLE_WAY = {
+    "bench_foot": "feet on a bench",
+    "insole_plenum": "cells of an insole on a bench",
+    "templates/kitchen_scale_hx711": "one cell",
+    "loadsol_insoles": "a biped on cells: bench, stand, walk",
+    "templates/humanoid_ankle_transducers": "a biped on transducers: stand, walk",
+}
+"""What every test run calibrates and diagnoses, each the quickest of its kind."""
+ANY = [name for name, kinds in ABLE.items() if kinds]
+
+
+def recipe_in(folder: Path, name: str) -> Path:
+    recipe = folder / "recipe.toml"
+    text = (RECIPES / f"{name}.toml").read_text("utf-8")
+    recipe.write_text(text.replace("duration_s = 60", "duration_s = 24"), "utf-8")
+    return recipe
+
+
+def checked(name: str, recipe: Path) -> dict[str, list[Path]]:
+    """The logs of every experiment that the robot can do, simulated; `check` calls them good."""
+    folder, given, made = recipe.parent, ("--recipe", recipe, "--out"), {}
+    for kind in ("weights", "placements", "stand", "walk"):
+        short = ("--duration-s", 24) if kind == "walk" else ()
+        code = run("simulate", "--experiment", kind, *short, *given, folder / kind)
+        assert code == (0 if kind in ABLE[name] else 2), kind
+        if code == 0:
+            made[kind] = [
+                path for path in sorted((folder / kind).glob("*.parquet"))
+                if not path.name.startswith("true_")
+            ]  # fmt: skip
+            out = folder / f"check_{kind}"
+            assert run("check", *made[kind], *given, out) == 0
+            found = json.loads((out / "run.json").read_text("utf-8"))
+            assert found["verdict"]["level"] == "good", (kind, found["verdict"]["sentence"])
+    return made
+
+
+@pytest.mark.parametrize("name", [name for name in ANY if name not in WHOLE_WAY])
+def test_a_recipe_is_simulated_and_checked(name: str, tmp_path: Path) -> None:
+    assert set(checked(name, recipe_in(tmp_path, name))) == set(ABLE[name])
 
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=[pytest.mark.slow] if name == OF_ANOTHER else [])
-        for name, kinds in ABLE.items() if kinds
-    ],
-)  # fmt: skip
+    [pytest.param(name, marks=[] if name in WHOLE_WAY else [pytest.mark.slow]) for name in ANY],
+)
 def test_a_recipe_runs_from_simulation_to_diagnosis(name: str, tmp_path: Path) -> None:
-    recipe = tmp_path / "recipe.toml"
-    text = (RECIPES / f"{name}.toml").read_text("utf-8")
-    recipe.write_text(text.replace("duration_s = 60", "duration_s = 24"), "utf-8")
-    given, made = ("--recipe", recipe, "--out"), {}
-    for kind in ("weights", "placements", "stand", "walk"):
-        short = ("--duration-s", 24) if kind == "walk" else ()
-        code = run("simulate", "--experiment", kind, *short, *given, tmp_path / kind)
-        assert code == (0 if kind in ABLE[name] else 2), kind
-        if code == 0:
-            made[kind] = [
-                path for path in sorted((tmp_path / kind).glob("*.parquet"))
-                if not path.name.startswith("true_")
-            ]  # fmt: skip
-            out = tmp_path / f"check_{kind}"
-            assert run("check", *made[kind], *given, out) == 0
-            found = json.loads((out / "run.json").read_text("utf-8"))
-            assert found["verdict"]["level"] == "good", (kind, found["verdict"]["sentence"])
+    recipe = recipe_in(tmp_path, name)
+    given, made = ("--recipe", recipe, "--out"), checked(name, recipe)
     if "weights" in made:
         bench = [*made["weights"], *made.get("placements", [])]
         assert run("offline-fit", *bench, *given, tmp_path / "fit") == 0

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from footcal_cli.app import main
 from footcal_cli.core.parameters import Status
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord, RunRecord
@@ -17,14 +18,15 @@ ASKEW_RAD = np.array([[0.0, 0.3, 0.1], [3.1416, -0.25, 1.4], [1.5708, 0.2, 0.15]
 """Transducers whose axes lie up to 18° beside the nearest of the body."""
 
 
-@pytest.fixture
-def hung(run: Run, tmp_path: Path) -> tuple[Robot, list[str | Path]]:
+@pytest.fixture(scope="module")
+def hung(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, list[str | Path]]:
     """A robot, and the arguments that say what hanging found of it."""
-    robot = Robot.drawn(3, ASKEW_RAD)
-    recipe, out = robot.recipe(tmp_path / "robot.toml"), tmp_path / "hang"
-    answer = run("hang-calib", robot.hanging(tmp_path / "hang.csv"), "--recipe", recipe,
-                 "--out", out, "--no-pictures")  # fmt: skip
-    assert answer.exit_code == 0, answer.err
+    robot, folder = Robot.drawn(3, ASKEW_RAD), tmp_path_factory.mktemp("hung")
+    recipe, out = robot.recipe(folder / "robot.toml"), folder / "hang"
+    words = ("hang-calib", robot.hanging(folder / "hang.csv"), "--recipe", recipe, "--out", out)
+    with pytest.raises(SystemExit) as ended:
+        main([*(str(word) for word in words), "--no-pictures", "--quiet"])
+    assert ended.value.code == 0
     return robot, ["--recipe", recipe, "--parameters", out / "parameters.json", "--no-pictures"]
 
 

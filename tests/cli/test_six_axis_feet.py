@@ -84,8 +84,8 @@ def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
     run: Run, tmp_path: Path
 ) -> None:
     (tmp_path / "clean").mkdir()
-    clean = write_walk(tmp_path / "clean", 3, 20.0)
-    log = write_walk(tmp_path, 3, 20.0, scale_matrix={"left.gain_fz": 0.05})
+    clean = write_walk(tmp_path / "clean", 3, 12.0)
+    log = write_walk(tmp_path, 3, 12.0, scale_matrix={"left.gain_fz": 0.05})
     recipe = tmp_path / "recipe.toml"
     known = extended(tmp_path, "scale_matrix", "left", "gain_fz", 0.05)
     errors = {}

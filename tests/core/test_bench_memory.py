@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from footcal_cli.core.bench.record import BenchRecord
-from footcal_cli.core.bench.terms import hysteresis
+from footcal_cli.core.bench.regressors import design_of, model_of
+from footcal_cli.core.bench.terms import effect_term, hysteresis
+from footcal_cli.core.effects.memory_effects import CREEP, WARM_UP
+from footcal_cli.core.parameters import FloatArray
 
 
 @pytest.mark.parametrize(("pause_s", "kept"), [(20.0, True), (86_400.0, False)])
@@ -25,3 +30,24 @@ def test_a_loop_goes_on_into_a_ladder_that_follows_at_the_same_pace(
     np.testing.assert_allclose(shown[:n], first)
     second = np.r_[0.5 if kept else 0.0, first[1:]]
     np.testing.assert_allclose(shown[n:], second)
+
+
+def test_a_search_over_two_grids_makes_each_column_once_and_the_same() -> None:
+    load = np.repeat([0.0, 8.0, 16.0, 8.0, 0.0], 6)
+    record = BenchRecord("a", load, load.copy(), 5.0 * np.arange(30.0), np.zeros(30, np.int64))
+    plain, made = (effect_term(CREEP), effect_term(WARM_UP)), []
+
+    def counted(number: int, loads: FloatArray, at: BenchRecord, shapes: FloatArray) -> FloatArray:
+        made.append((number, *shapes))
+        return plain[number].phi(loads, at, shapes)
+
+    terms = tuple(
+        replace(term, phi=lambda *given, i=i: counted(i, *given)) for i, term in enumerate(plain)
+    )
+    model = model_of(record, load, terms)
+    grids = [len(term.grids[0]) for term in plain]
+    assert len(model.starts) == grids[0] * grids[1]
+    between = model.starts[1] + 0.1
+    for at in (*model.starts, between, *model.starts, between):
+        np.testing.assert_array_equal(model.design(at), design_of(record, load, plain, at))
+    assert len(made) == sum(grids) + 2 * len(plain)  # between the grids nothing is remembered

@@ -100,8 +100,15 @@ def test_the_largest_load_is_predicted_from_the_others() -> None:
     assert ladder.held_out.rmse < 0.05
 
 
-@pytest.mark.parametrize("late", [0.0, 1.0])
-@pytest.mark.parametrize("unequal", [False, True])
+@pytest.mark.parametrize(
+    ("late", "unequal"),
+    [
+        (0.0, False),
+        (1.0, True),
+        pytest.param(0.0, True, marks=pytest.mark.slow),
+        pytest.param(1.0, False, marks=pytest.mark.slow),
+    ],
+)
 def test_when_a_load_was_changed_in_a_pause_is_learnt(late: float, *, unequal: bool) -> None:
     """A creep of 2 % and 25 s in pauses of 4 s; where all are alike, it is one with its size."""
     rng = np.random.default_rng(9)

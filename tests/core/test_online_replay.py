@@ -123,7 +123,12 @@ def test_the_static_assumption_is_far_worse_while_walking() -> None:
 
 
 @pytest.mark.parametrize(
-    "errors", [Errors(quantum=0.25, delay=0.015), Errors(quantum=0.25, plate=1.5)]
+    "errors",
+    [
+        Errors(quantum=0.25, delay=0.015),
+        # `tests.core.test_online_live` finds a plate in every run
+        pytest.param(Errors(quantum=0.25, plate=1.5), marks=pytest.mark.slow),
+    ],
 )
 def test_a_late_body_stream_or_a_hanging_plate_is_absorbed(errors: Errors) -> None:
     case = Case(errors, 4, 0.1)

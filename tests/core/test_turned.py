@@ -65,7 +65,14 @@ def test_exchanged_plugs_are_no_mounting_error(stood: Case) -> None:
     assert not standing_axes(stood.data, stood.legs, stood.noise_sd, 0.05, 0.005)
 
 
-@pytest.mark.parametrize(("poses", "seed"), [(8, 3), (12, 4), (20, 3)])
+@pytest.mark.parametrize(
+    ("poses", "seed"),
+    [
+        (8, 3),
+        pytest.param(12, 4, marks=pytest.mark.slow),
+        pytest.param(20, 3, marks=pytest.mark.slow),
+    ],
+)
 def test_noise_beyond_the_one_believed_moves_no_leg_elsewhere(poses: int, seed: int) -> None:
     """A shift of 70 to 130 mm that is as uncertain as large is no finding."""
     stood = case(seed, (1.0, 0.1), poses=poses)

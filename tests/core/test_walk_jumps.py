@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -42,14 +43,14 @@ def diagnosed(seed: int) -> Investigation:
 
 @pytest.mark.parametrize(
     ("seeds", "low", "high"),
-    # chi-squared of so many: 99 % of RMS errors lie in between, in sd
-    [(2, 0.07, 2.30), pytest.param(6, 0.34, 1.76, marks=pytest.mark.slow)],
+    # chi-squared of so many: 99 % of RMS errors lie in between, in sd; of one it has no lower end
+    [([1], 0.0, 2.58), pytest.param(range(6), 0.34, 1.76, marks=pytest.mark.slow)],
 )
 def test_a_jump_is_named_with_its_cell_its_moment_and_an_interval_that_holds(
-    seeds: int, low: float, high: float
+    seeds: Sequence[int], low: float, high: float
 ) -> None:
     errors = []
-    for seed in range(seeds):
+    for seed in seeds:
         cell, size, at = drawn(seed)
         found = diagnosed(seed)
         assert found.verdict == "named"
@@ -70,6 +71,7 @@ def test_what_settles_after_a_jump_is_its_form_and_another_jump_is_not() -> None
     assert not replace(settling, after_s=30.0, before_s=31.0).is_form_of(jump, 0.25)
 
 
+@pytest.mark.slow
 def test_a_jump_that_settles_is_named_all_the_same() -> None:
     """A fifth of it comes within seconds: no form of the table, and nothing else that jumps."""
     cell, size, at = drawn(1)

@@ -36,6 +36,7 @@ def test_hanging_torque_is_leg_com_cross_weight() -> None:
     assert swing.min() > 2 * 0.025 * 6.0, "the leg's CoM moves by some 3 cm"
 
 
+@pytest.mark.slow
 def test_tilts_differ_between_logs_and_keep_the_axis() -> None:
     robot = draw_hexapod(SEED)
     logs = {name: hx.hang(robot, name, SEED, cycles=1) for name in hx.ORIENTATIONS}
@@ -75,6 +76,7 @@ def test_wrong_mounting_breaks_the_balance() -> None:
     assert np.abs(hx.chassis_residual(nominal, table)[:, :3]).max() > 0.2
 
 
+@pytest.mark.slow
 def test_walk_turns_right_and_repeats() -> None:
     robot = draw_hexapod(SEED)
     table = hx.walk(robot, 1)

@@ -18,6 +18,8 @@ _MOST_ITERATIONS = 60
 _INVERSE_TOLERANCE = 1e-11
 _BEYOND_GRID = 0.2
 """How far, in logarithm, a shape may leave its grid: creep faster than the rows is a mere scale."""
+_MOST_KEPT = 4_000_000
+"""Numbers that a search may remember: 32 MB."""
 _APART = 1.1
 """Two time constants nearer than this in logarithm are one."""
 
@@ -29,20 +31,47 @@ def shape_names(channel: str, terms: tuple[Term, ...]) -> tuple[str, ...]:
     )
 
 
+Kept = dict[tuple[int, bytes], FloatArray | None]
+"""φ (n,) by the number of its term and the bytes of its shapes' logarithms; None: not yet known."""
+
+
 def columns(
-    load_n: FloatArray, record: BenchRecord, terms: tuple[Term, ...], log_shapes: FloatArray
+    load_n: FloatArray,
+    record: BenchRecord,
+    terms: tuple[Term, ...],
+    log_shapes: FloatArray,
+    kept: Kept | None = None,
 ) -> FloatArray:
-    """φ of every term at the given loads, shape (n, t)."""
+    """φ of every term at the given loads, shape (n, t).
+
+    Parameters
+    ----------
+    kept
+        Which φ at these loads to remember from call to call.
+    """
     found = np.empty((load_n.size, len(terms)))
-    values, at = np.exp(log_shapes), 0
+    values, at, kept = np.exp(log_shapes), 0, kept or {}
     for i, term in enumerate(terms):
-        if term.free:
-            shapes = values[at : at + len(term.shapes)]
-            at += len(term.shapes)
-        else:
-            shapes = np.array([grid[0] for grid in term.grids])
-        found[:, i] = term.phi(load_n, record, shapes)
+        own = slice(at, at + len(term.shapes) * term.free)
+        at = own.stop
+        key = i, log_shapes[own].tobytes()
+        column = kept.get(key)
+        if column is None:
+            fixed = np.array([grid[0] for grid in term.grids])
+            column = term.phi(load_n, record, values[own] if term.free else fixed)
+            if key in kept:
+                kept[key] = column
+        found[:, i] = column
     return found
+
+
+def worth_keeping(terms: tuple[Term, ...], rows: int) -> Kept:
+    """The points of each term's own grid, which a search over all grids comes back to."""
+    kept: Kept = {}
+    for i, term in enumerate(terms):
+        grids = [np.log(grid) for grid in term.grids] if term.free else []
+        kept |= {(i, np.array(point).tobytes()): None for point in product(*grids)}
+    return kept if rows * len(kept) <= _MOST_KEPT else {}
 
 
 def shape_columns(
@@ -61,7 +90,11 @@ def shape_columns(
 
 
 def design_of(
-    record: BenchRecord, drive: FloatArray, terms: tuple[Term, ...], log_shapes: FloatArray
+    record: BenchRecord,
+    drive: FloatArray,
+    terms: tuple[Term, ...],
+    log_shapes: FloatArray,
+    kept: Kept | None = None,
 ) -> FloatArray:
     """Rows ``[x − x̄, 1, φ]`` of the known loads, shape (m, 2 + t).
 
@@ -71,10 +104,12 @@ def design_of(
         Loads without gaps, shape (n,).
     terms, log_shapes
         What is beyond scale and bias.
+    kept
+        As in `columns`.
     """
     known = record.known
     centred = record.load_n[known] - record.load_n[known].mean()
-    bends = columns(drive, record, terms, log_shapes)[known]
+    bends = columns(drive, record, terms, log_shapes, kept)[known]
     return np.column_stack([centred, np.ones_like(centred), bends])
 
 
@@ -101,9 +136,10 @@ def model_of(record: BenchRecord, drive: FloatArray, terms: tuple[Term, ...]) ->
         )
     known = record.known
     load, reading = record.load_n[known], record.reading[known]
+    kept = worth_keeping(terms, drive.size)
     ones = np.ones_like(load)
     return Separable(
-        design=lambda log_shapes: design_of(record, drive, terms, log_shapes),
+        design=lambda log_shapes: design_of(record, drive, terms, log_shapes, kept),
         target=reading - reading.mean(),
         time_s=record.time_s[known],
         block=record.loadings() if record.renewed else record.session[known],

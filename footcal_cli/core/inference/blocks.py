@@ -10,6 +10,7 @@ squares, and the t quantiles use Satterthwaite's degrees of freedom.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -260,17 +261,16 @@ def correlation_time(residual: FloatArray, time_s: FloatArray, block: IntArray) 
     return float(-np.median(np.diff(time_s)[pair]) / np.log(min(rho, 0.999)))
 
 
-def within(rows: FloatArray, session: IntArray) -> FloatArray:
-    """Rows without their session's mean where there are several sessions.
-
-    Parameters
-    ----------
-    rows, session
-        Shape (n, p) and (n,).
-    """
+def centring(session: IntArray) -> Callable[[FloatArray], FloatArray]:
+    """What takes from rows (n, p) their session's mean, where there are several sessions (n,)."""
     names, index = np.unique(session, return_inverse=True)
     if names.size == 1:
-        return rows
-    sums = np.zeros((names.size, rows.shape[1]))
-    np.add.at(sums, index, rows)
-    return np.asarray(rows - (sums / np.bincount(index)[:, None])[index])
+        return lambda rows: rows
+    count = np.bincount(index)[:, None]
+
+    def centred(rows: FloatArray) -> FloatArray:
+        sums = np.zeros((names.size, rows.shape[1]))
+        np.add.at(sums, index, rows)
+        return np.asarray(rows - (sums / count)[index])
+
+    return centred

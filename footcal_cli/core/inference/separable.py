@@ -17,10 +17,10 @@ from scipy.optimize import minimize, minimize_scalar
 
 from footcal_cli.core.inference.blocks import (
     BlockFit,
+    centring,
     correlation_time,
     fit_blocks,
     whiten_autoregressive,
-    within,
 )
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
@@ -105,7 +105,7 @@ class Separable:
             start = self._search(start, 0.0)
             left = _rest(*self._rows(start, 0.0))
             if self.kept:
-                left = within(left[:, None], self.block)[:, 0]
+                left = self._centred(left[:, None])[:, 0]
             correlation_s = correlation_time(left, self.time_s, self.block)
             log_shapes = self._search(start, correlation_s) if correlation_s > 0.0 else start
         else:
@@ -122,7 +122,11 @@ class Separable:
         rows, target = self._white(self.design(log_shapes), correlation_s)
         if self.shared is None or self.kept:
             return rows, target
-        return within(rows, self.block), within(target[:, None], self.block)[:, 0]
+        return self._centred(rows), self._centred(target[:, None])[:, 0]
+
+    @cached_property
+    def _centred(self) -> Callable[[FloatArray], FloatArray]:
+        return centring(self.block)
 
     def _white(self, rows: FloatArray, correlation_s: float) -> tuple[FloatArray, FloatArray]:
         return whiten_autoregressive(rows, self.target, self.time_s, self.block, correlation_s)

@@ -239,12 +239,11 @@ class HangRows:
             slope = self.fixed[k].copy()
             turned = (basis @ levers[k, chosen]).reshape(-1, 3)
             # The directions follow the mean turn of all legs (see `model.moved`).
-            slope[7:, : 3 * count] = np.tile(-turned / count, count)
+            slope[7:, : 3 * count].reshape(-1, count, 3)[:] = -turned[:, None] / count
             slope[7:, 3 * k : 3 * k + 3] += turned
-            own = basis @ leans[k, chosen]
-            for i, log in enumerate(chosen):
-                at = slope.shape[1] - 2 * (self.logs - log)
-                slope[7 + 2 * i : 9 + 2 * i, at : at + 2] = own[i]
+            leaning = slope[7:, slope.shape[1] - 2 * self.logs :]
+            leaning = leaning.reshape(len(chosen), 2, self.logs, 2)
+            leaning[range(len(chosen)), :, chosen] = basis @ leans[k, chosen]
             residuals.append(self.whiten[k] @ residual)
             slopes.append(self.whiten[k] @ slope)
         return np.concatenate(residuals), np.concatenate(slopes)

@@ -13,6 +13,7 @@ fit needs has the size of M.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -184,24 +185,29 @@ def fit_pose(
     )
 
 
-def misfit_of_poses(
+def misfits_of_poses(
     summary: PoseSummary,
     legs: tuple[LegKnowledge, ...],
     noise_sd: FloatArray,
     options: PoseOptions,
-    beyond: float,
-    most_steps: int = 100,
-) -> float:
-    """Squared residuals of the poses after so many steps of `fit_pose` at most.
+) -> Callable[[FloatArray, float, int], float]:
+    """Squared residuals of other poses of the same robot after so many steps of `fit_pose` at most.
 
-    Parameters
-    ----------
-    beyond
-        Above which nobody asks how much it is: infinity then, as soon as that is clear.
+    Returns
+    -------
+    misfit
+        Of the Gram matrix of the poses, `PoseSummary.gram`; of what nobody asks how much it is
+        beyond: infinity there, as soon as that is clear; and of the steps.
     """
     problem = Problem.of(summary, legs, noise_sd, options)
-    found = problem.solve(_aligned(problem, summary, options), 1.0, most_steps, beyond)
-    return np.inf if found.given_up else found.state.chi2_poses
+    begin = _aligned(problem, summary, options)
+
+    def misfit(gram: FloatArray, beyond: float, most_steps: int) -> float:
+        other = replace(problem, summary=replace(summary, gram=gram))
+        found = other.solve(begin, 1.0, most_steps, beyond)
+        return np.inf if found.given_up else found.state.chi2_poses
+
+    return misfit
 
 
 def _aligned(problem: Problem, summary: PoseSummary, options: PoseOptions) -> Mounting:

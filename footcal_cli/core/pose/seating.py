@@ -14,10 +14,11 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfit_of_poses
+from footcal_cli.core.pose.joint import PoseFit, fit_pose, misfits_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.turned import (
     CLEARLY,
+    MOST_STEPS,
     MUCH_BETTER,
     ROUGH_STEPS,
     TURNS,
@@ -103,11 +104,13 @@ def check_turned_standing(
 
     beyond = MUCH_BETTER / CLEARLY * given.chi2_poses
 
-    def roughly(one: tuple[PoseSummary, int, int]) -> float:
-        return misfit_of_poses(one[0], legs, noise_sd, options, beyond, ROUGH_STEPS)
+    misfit = misfits_of_poses(summary, legs, noise_sd, options)
+
+    def roughly(one: tuple[FloatArray, int, int]) -> float:
+        return misfit(one[0], beyond, ROUGH_STEPS)
 
     near = near_the_best(tried, roughly, given.chi2_poses)
-    fitted = [(misfit_of_poses(back, legs, noise_sd, options, beyond), k, i) for back, k, i in near]
+    fitted = [(misfit(back, beyond, MOST_STEPS), k, i) for back, k, i in near]
     return said_of(data.geometry.legs, fitted, given.chi2_poses) if fitted else []
 
 
@@ -118,15 +121,15 @@ def _turned_back(
     turn: FloatArray,
     *,
     offsets: bool,
-) -> PoseSummary:
-    """The poses with one transducer turned back, its offsets too or where they are."""
+) -> FloatArray:
+    """Gram matrix with one transducer turned back, its offsets too or where they are."""
     change = np.eye(summary.gram.shape[0])
     rows = slice(6 * leg, 6 * leg + 6)
     both = np.kron(np.eye(2), turn.T)
     change[rows, rows] = both
     if not offsets:
         change[rows, -1] = legs[leg].offset - both @ legs[leg].offset
-    return replace(summary, gram=change @ summary.gram @ change.T)
+    return change @ summary.gram @ change.T
 
 
 def check_seating(fit: PoseFit, place_sd_m: float) -> list[Finding]:

@@ -10,7 +10,7 @@ say nothing. So every axis is turned back in turn, and the whole model fitted ag
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -22,9 +22,9 @@ from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.signs import misfit_by_signs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
+from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
-from footcal_cli.core.pose.joint import misfit_of_poses
+from footcal_cli.core.pose.joint import misfits_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import axis_rotations, rotation_log
@@ -33,6 +33,8 @@ SHARE_LEFT = 0.25
 """Share of the squared misfit that may be left when the right axis is turned back."""
 ROUGH_STEPS = 8
 """The right axis or turn is fitted in four to six steps, most wrong ones run until their limit."""
+MOST_STEPS = 100
+"""Of what is fitted to the end."""
 _NEAR = 20.0
 """Times the least rough misfit, up to which what was turned back is fitted to the end."""
 AS_GOOD = 0.01
@@ -125,15 +127,17 @@ def turned_when_standing(
     summary = summarise(data)
     channels = [f"{leg}.{axis}" for leg in data.geometry.legs for axis in AXES]
 
-    def turned(signs: FloatArray) -> PoseSummary:
+    fitted = misfits_of_poses(summary, legs, noise_sd, options)
+
+    def turned(signs: FloatArray) -> FloatArray:
         every = np.append(signs, np.ones(summary.gram.shape[0] - signs.size))
-        return replace(summary, gram=summary.gram * np.outer(every, every))
+        return summary.gram * np.outer(every, every)
 
     def misfit(signs: FloatArray, beyond: float) -> float:
-        return misfit_of_poses(turned(signs), legs, noise_sd, options, beyond)
+        return fitted(turned(signs), beyond, MOST_STEPS)
 
     def roughly(signs: FloatArray, beyond: float) -> float:
-        return misfit_of_poses(turned(signs), legs, noise_sd, options, beyond, ROUGH_STEPS)
+        return fitted(turned(signs), beyond, ROUGH_STEPS)
 
     return _most_improved(misfit, channels, roughly, misfit(np.ones(len(channels)), np.inf))
 
