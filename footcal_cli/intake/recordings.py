@@ -162,6 +162,10 @@ def _note_clocks(
     own = body.name if body != log else "its body stream"
     session.note(check_overlap(stream.time_s, motion.time_s, log.name, own))
     moved = np.concatenate([motion.com_m, motion.com_acc_mps2], axis=1)
+    known = np.isfinite(moved).any(axis=0)
+    if not known[3:].any():
+        session.note([_DIFFERENTIATED])
+    moved = moved[:, known]
     session.note(check_rates(stream.time_s, stream.readings, motion.time_s, moved, log.name))
 
 
@@ -229,9 +233,16 @@ def _body_missing(session: Session[Any], body_type: TableType, log: Path) -> Dat
         lacks = f": {error.problem}"
     return DataError(
         f"no log has the whole body stream{lacks}", file=log,
-        remedy="name its log in [data] body, or map its columns; com_acc_x_mps2 … is the second "
-        "derivative of the CoM, and `footcal kinematics` computes it from joints",
+        remedy="name its log in [data] body, or map its columns; `footcal kinematics` computes "
+        "them from joints",
     )  # fmt: skip
+
+
+_DIFFERENTIATED = Finding(
+    "acceleration_differentiated", "note", "com_acc",
+    "the log has no acceleration of the CoM: the second derivative of its position is taken",
+    "log it too where the estimator has it (com_acc_x_mps2 …): it is less noisy",
+)  # fmt: skip
 
 
 def _pairs(
