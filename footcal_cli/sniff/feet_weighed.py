@@ -50,8 +50,9 @@ def on_a_plate(file: FileGuess, cells: list[ColumnGuess]) -> Plan | None:
     None where there is no such plate, or it does not bear all of the robot all the time.
     """
     plates = [
-        c for c in file.of("force", "load")
+        c for c in file.of("force", "load", "reading", "unknown")
         if c.values is not None and not c.name.side and c.name.axis in ("", "fz")
+        and (c.unit in FORCES or (c.quantity == "force" and c.unit is None))
     ]  # fmt: skip
     cells = [c for c in cells if c.name.side and c not in plates]
     if len(plates) != 1 or not _of_both_feet(cells) or not file.of("time"):

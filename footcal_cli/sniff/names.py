@@ -297,6 +297,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return ("com_acc" if acc else "com"), axis_of, set(words)
     if {"gravity", "grav"} & set(words) and last in "xyz":
         return "gravity", last, {"gravity", "grav", last}
+    if (part := {"linear", "angular"} & set(words)) and "wrench" in words and last in "xyz":
+        return "force", ("f" if "linear" in part else "t") + last, {last, *part}
     if axis and not set(words) & _NO_FORCE:
         kind = "f" if axis[1] == "f" else "t"
         return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}

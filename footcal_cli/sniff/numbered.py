@@ -53,7 +53,7 @@ _VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
 _SAID_OF_VECTORS = {"n", "nm", "linear", "vector", "vec", "dir", "direction", "unit"}
 _VECTOR_LETTER = re.compile(r"(?:.*[\W_])?[FMT]")
 """A vector that is called by its capital: ``F(1)``."""
-_PLACES = {"p", "pos", "position"}
+_PLACES = {"p", "pos", "position", "xyz"}
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is recognised by its length."""
 _TURNED_AND_FELT = 9

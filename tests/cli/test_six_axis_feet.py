@@ -93,7 +93,8 @@ def test_a_log_without_the_acceleration_of_the_com_is_calibrated_from_its_place(
     forces = {name: one for name, one in found.items() if "offset_f" in name}
     assert len(forces) == 6
     for name, one in forces.items():
-        assert one.sd is not None and one.sd < 2.5
+        assert one.sd is not None
+        assert one.sd < 2.5
         assert abs(one.value - 8.0) < 4.0 * one.sd, name
     # part of it says nothing
     columns.drop(columns=["com_acc_z_mps2"]).to_parquet(log)
