@@ -189,6 +189,19 @@ def check_acceleration(
     ]  # fmt: skip
 
 
+def note_differentiated(com_acc_mps2: FloatArray) -> list[Finding]:
+    """Say that an acceleration (n, 3) that nobody logged is the second derivative of the CoM."""
+    if np.isfinite(com_acc_mps2).any():
+        return []
+    return [
+        Finding(
+            "acceleration_differentiated", "note", "com_acc",
+            "the log has no acceleration of the CoM: the second derivative of its position is "
+            "taken", "log it too where the estimator has it (com_acc_x_mps2 …): it is less noisy",
+        )
+    ]  # fmt: skip
+
+
 def _mean_acceleration(acc_mps2: FloatArray, gravity_mps2: float, where: str) -> list[Finding]:
     """A body that accelerates on average holds gravity, or an offset."""
     mean = acc_mps2.mean(axis=0)

@@ -126,6 +126,14 @@ def select_quiet(
     if count == 0:
         longest = max((b - a for a, b in stretches(still)), default=0)
         missing = rule.least_samples + warm - longest
+        if missing <= 0:
+            usual = float(np.nanmedian(np.linalg.norm(log.known["com_acc_mps2"], axis=1)))
+            raise FitError(
+                f"no quiet standing: the CoM accelerates by {usual:.2g} m/s² (median) where it "
+                f"stays in its place, and {rule.acceleration_mps2:.2g} m/s² is still: its noise",
+                remedy="set largest_acceleration_mps2 in [static_init] above that noise, or log "
+                "the acceleration of the CoM as the estimator has it (com_acc_x_mps2 …)",
+            )
         raise FitError(
             f"no quiet standing: the longest still stretch has {longest} samples, "
             f"{rule.least_samples} after {warm} of warming are needed",

@@ -26,6 +26,8 @@ from footcal_cli.core.parameters import (
 from footcal_cli.core.stances import StanceRows
 
 _FALSE_LIFT_SIGMAS = 4.0
+MISFIT = 3.0
+"""Chi² per row from which stances contradict each other or the mass, beyond noise and prior."""
 
 
 def without_false_lifts(rows: StanceRows) -> StanceRows:
@@ -84,7 +86,8 @@ def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
     """Maximum a posteriori of gains and biases, and plain least squares beside it.
 
     ``min ‖(e + H z + G s)/σ‖² + zᵀ P₀⁻¹ z + sᵀ s``, z in prior sd, s what all stances share:
-    linear, solved once.
+    linear, solved once. Where stances contradict each other (χ² > 3 per row) the noise σ is taken
+    to be as large as what is left, ``σ √(χ²/n)`` [Birge, Phys. Rev. 40, 207 (1932)].
 
     Parameters
     ----------
@@ -93,7 +96,7 @@ def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
     belief
         The prior that the rows were made with.
     """
-    fit = _fit(rows)
+    fit, chi2 = _as_sure_as_left(rows)
     c = len(belief.channels)
     values, covariance = fit.estimates.values, fit.estimates.covariance
     return StaticInit(
@@ -103,7 +106,7 @@ def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
         covariance=covariance,
         least_squares=_plain_least_squares(rows, belief),
         observability=observability(rows.whitened, rows.names),
-        chi2=_chi2(rows, fit),
+        chi2=chi2,
         dof=rows.error.size,
     )
 
@@ -130,13 +133,22 @@ class SixAxisInit:
 
 def fit_static_six_axis(rows: StanceRows) -> SixAxisInit:
     """Maximum a posteriori of offsets, as `fit_static`."""
-    fit = _fit(rows)
+    fit, chi2 = _as_sure_as_left(rows)
     return SixAxisInit(
         estimates=fit.estimates,
         observability=observability(rows.whitened, rows.names),
-        chi2=_chi2(rows, fit),
+        chi2=chi2,
         dof=rows.error.size,
     )
+
+
+def _as_sure_as_left(rows: StanceRows) -> tuple[Fit, float]:
+    """The fit, no surer than what it leaves allows, and its χ² with the rows' own noise."""
+    fit = _fit(rows)
+    chi2 = _chi2(rows, fit)
+    if chi2 > MISFIT * rows.error.size:
+        fit = _fit(replace(rows, sd=rows.sd * np.sqrt(chi2 / rows.error.size)))
+    return fit, chi2
 
 
 def _fit(rows: StanceRows) -> Fit:

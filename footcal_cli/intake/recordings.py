@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.core.body_stream import check_overlap, check_rates
+from footcal_cli.core.body_stream import check_overlap, check_rates, note_differentiated
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.checks.streams import check_zeros
 from footcal_cli.core.effects import calibration_of
@@ -150,8 +150,7 @@ def _read_one(
     session.note(wiring_of(merged, belief, experiment))
     return Recording(
         merged, belief, feet, table.path.name, body is None,
-        body is None or "angmom_rate_x_nm" not in body,
-        _temperature(table, stream, merged),
+        body is None or "angmom_rate_x_nm" not in body, _temperature(table, stream, merged),
     )  # fmt: skip
 
 
@@ -161,7 +160,9 @@ def _note_clocks(
     """Note stamps of both streams that do not fit each other, and rates that cannot be."""
     own = body.name if body != log else "its body stream"
     session.note(check_overlap(stream.time_s, motion.time_s, log.name, own))
-    moved = np.concatenate([motion.com_m, motion.com_acc_mps2], axis=1)
+    acc = motion.com_acc_mps2
+    moved = np.hstack([motion.com_m, acc] if np.isfinite(acc).any() else [motion.com_m])
+    session.note(note_differentiated(acc))
     session.note(check_rates(stream.time_s, stream.readings, motion.time_s, moved, log.name))
 
 
@@ -229,8 +230,7 @@ def _body_missing(session: Session[Any], body_type: TableType, log: Path) -> Dat
         lacks = f": {error.problem}"
     return DataError(
         f"no log has the whole body stream{lacks}", file=log,
-        remedy="name its log in [data] body, or map its columns; com_acc_x_mps2 … is the second "
-        "derivative of the CoM, and `footcal kinematics` computes it from joints",
+        remedy="name its log in [data] body, or map its columns; `footcal kinematics` makes them",
     )  # fmt: skip
 
 

@@ -65,7 +65,9 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
     return BodyStream(
         time_s=table.number("time_s"),
         com_m=triple("com_{}_m"),
-        com_acc_mps2=triple("com_acc_{}_mps2"),
+        com_acc_mps2=(
+            triple("com_acc_{}_mps2") if "com_acc_x_mps2" in table else np.full((n, 3), np.nan)
+        ),
         angmom_rate_nm=momentum,
         feet_m=np.stack([triple(f"{foot}_foot_{{}}_m") for foot in feet], axis=1),
         feet_yaw_rad=np.stack(yaws, axis=1),

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.static_init import MISFIT
 from footcal_cli.intake.recordings import Recording
 from footcal_cli.report import plural
-
-_MISFIT = 3.0
-"""chi² per row beyond which the residual is more than noise and prior."""
 
 
 def stream_findings(recording: Recording, *, walking: bool = True) -> Iterator[Finding]:
@@ -61,7 +59,7 @@ def standing_findings(recordings: Sequence[Recording], chi2: float, dof: int) ->
             "without a body stream only the total weight is known, not the CoP",
             "log the CoM and the feet's poses besides the cells",
         )  # fmt: skip
-    if chi2 > _MISFIT * dof:
+    if chi2 > MISFIT * dof:
         yield Finding(
             "misfit", "warning", "stances",
             f"the residual is {(chi2 / dof) ** 0.5:.1f} times what noise and "

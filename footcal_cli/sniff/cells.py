@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.sniff.groups import channel_names
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.names import without_side, words_of
 from footcal_cli.sniff.plan import (
     FORCES,
@@ -36,7 +36,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     legs
         Whether the body's stream has a foot for each of front and rear, left and right.
     """
-    cells = [_in_newton(c) for c in cells]
+    cells = [_in_newton(c) for c in _of_feet(cells)]
     found = channel_names(cells)
     # hind legs: a cell in each foot
     points = {"hl", "hr"} <= set(found) or (legs and {"rl", "rr"} <= set(found))
@@ -59,7 +59,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     for foot, places in feet.items():
         lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
         lines += [f"# {toml_key(place)} = {{ x_m = , y_m =  }}" for place in places]
-    positions = [Blank(tuple(lines), "no log says where the cells sit")]
+    positions = [Blank(tuple(lines), WHERE)]
     tables: tuple[str, ...] = ()
     if points:
         why = "likely: one cell in the foot's point"
@@ -79,7 +79,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
         + (", with the body's motion" if body else ""),
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""),
         "guess" if UNNAMED in doubt else "likely",
-        "online-replay" if body else "static-init", "cells", body | entries, tuple(named),
+        "online-replay" if walks(body) else "static-init", "cells", body | entries, tuple(named),
         rate_hz=rate, robot=(*upright(file, body), *tables),
         blanks=(*doubt, MASS, *positions, *plates, *blanks),
         warnings=(
@@ -89,6 +89,14 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     )  # fmt: skip
 
 
+def _of_feet(cells: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Cells without what is under no foot, where several under each foot are named so."""
+    sides = [c.name.side for c in cells]
+    named = min(sides.count("left"), sides.count("right")) > 1
+    return [c for c in cells if c.name.side] if named else cells
+
+
+WHERE = "no log says where the cells sit"
 _PLATES = {"plate", "platform", "board", "platte"}
 _OR_WEIGHTS = Blank(
     ("# under known weights: write them into a column of the log (load_kg), then footcal init",),

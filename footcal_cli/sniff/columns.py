@@ -31,6 +31,7 @@ from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.registers import joined_registers
 from footcal_cli.sniff.silent import MEASURED, no_reading
+from footcal_cli.sniff.spoken_labels import said_between
 from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.texts import (
     FEW,
@@ -122,7 +123,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     if text.layout.line:
         columns = [taking_turns(part_of_the_words(column)) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
-    columns = joined_registers(columns)
+    columns = said_between(joined_registers(columns))
     pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
     if pivot is not None:
         rare = sorted({*labels_of([raw[name] for name in pivot.by])} - {*pivot.labels})

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,9 @@ from footcal_cli.sniff.silent import SUMMARY
 from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.tables.drawn import is_rule
 
+_LONGEST = 2**27
+"""Bytes of a text that is looked through for a second table."""
+_TITLES = 20
 _NOTES = ("*", "†", "‡", "¹")
 """Signs that a footnote begins with."""
 _LEAST_SUMMED = 3
@@ -70,6 +74,33 @@ def end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:
         if not rows[at] and not ends:
             break
     return "", []
+
+
+def far_end(path: Path, encoding: str, seen: int, body: Body) -> tuple[str, int]:
+    """What a long text's table ends above, where only its begin was looked at, and rows below it.
+
+    A motion capture's markers stand in a table of their own below ten thousand rows of its plates.
+    Of the lines that begin with a letter the first is taken that two others that are no rows
+    follow: a title, its rate and its names.
+
+    Parameters
+    ----------
+    seen
+        Bytes at the begin of the file that were looked at.
+    body
+        Rows of the table.
+    """
+    if path.stat().st_size > _LONGEST:
+        return "", 0
+    rest = path.read_bytes()[seen:].decode(encoding, errors="replace")
+    title = re.compile(r"^[\"']?([^\W\d_][^\r\n]*)", re.MULTILINE)
+    for found in islice(title.finditer(rest), _TITLES):
+        lines = [x for x in rest[found.start() :].splitlines() if x.strip(f" \t{body.separator}")]
+        if any(map(body.is_row, lines[:3])):
+            continue
+        word = fields_of(lines[0], body.separator)[0]
+        return word, sum(body.is_row(line, whole=True) for line in lines)
+    return "", 0
 
 
 def _sums_up(lines: list[str], body: Body) -> str:

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
-from footcal_cli.sniff.groups import channel_names, wrenches
+from footcal_cli.sniff.feet_weighed import in_kilograms, on_a_plate
+from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
 from footcal_cli.sniff.levers import with_levers
@@ -42,9 +43,12 @@ _TURNS = 0.5
 
 def plan_of(file: FileGuess) -> Plan | None:
     """The plan for one log, None where its columns fit no experiment."""
-    file = with_levers(without_motion(numbered(file)))
+    file = in_kilograms(with_levers(without_motion(numbered(file))))
     six = wrenches(file)
     loads, cells = loads_and_cells(file)
+    plate = on_a_plate(file, readings(file))
+    if plate is not None:
+        return plate
     holes = {c.name.axis: c for c in file.of("hole")}
     cops = {c.name.axis: c for c in file.of("cop")}
     if {"x", "y"} <= set(holes) and {"x", "y"} <= set(cops):

@@ -17,7 +17,7 @@ from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names, escaped, loads_named
 from footcal_cli.sniff.groups import readings, wrenches
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, Plan, reading_entry, times
@@ -94,6 +94,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         both = cell_and_load(group, *names.with_unit)
         if both is not None:
             return Part(both, paths, names.match)
+        if (made := _per_foot(group, names)) is not None:
+            return made
     if len(readings(first)) == 1:
         if not stated:
             both = cell_and_load(group, *names.with_unit) or load_above(group)
@@ -183,20 +185,25 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
 
 
 def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
-    """The left and the right transducer of a robot in a file each, joined by time."""
+    """The transducers or the cells of a robot's feet in a file each, joined by time."""
     addresses = [name_guess(word) for word in names.middle]
-    timed = all(file.of("time") for file in group)
+    timed = all(file.of("time") for file in group) and not one_after_another(group)
     if not timed or sorted((a.side, a.place) for a in addresses) != [("left", ""), ("right", "")]:
         return None
     columns = []
+    first, clock = group[0], seconds_of(group[0].of("time")[0])
     for i, (file, address) in enumerate(zip(group, addresses, strict=True)):
         stem = file.path.name.rsplit(".", 1)[0]
-        for c in next(iter(wrenches(numbered(file)).values())).values():
-            name = replace(c.name, side=address.side, place="", owner="")
-            columns.append(
-                replace(c, name=name, column=c.column if i == 0 else f"{stem}.{c.column}")
-            )
-    first = group[0]
+        six, theirs = wrenches(numbered(file)), seconds_of(file.of("time")[0])
+        for c in next(iter(six.values())).values() if six else readings(file):
+            name = replace(c.name, side=address.side, owner="")
+            name = replace(name, place="") if six else name
+            made = replace(c, name=name)
+            if i > 0:
+                made = replace(made, column=f"{stem}.{c.column}")
+            if i > 0 and clock is not None and theirs is not None and c.values is not None:
+                made = replace(made, values=np.interp(clock, theirs, c.values))
+            columns.append(made)
     own = {c.column for c in columns}
     plan = plan_of(replace(first, columns=(
         *(c for c in first.columns if c.column not in own and not c.words), *columns

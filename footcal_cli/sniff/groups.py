@@ -113,6 +113,9 @@ def readings(file: FileGuess) -> list[ColumnGuess]:
         unknown = [c for c in unknown if c not in named]
         placed = [c for c in unknown if c.name.side or c.name.place]
         return [*named, *placed] if placed and not any(c.name.side for c in named) else named
+    counts = [c for c in unknown if c.counts and c.name.side]
+    if plain and {c.name.side for c in counts} == {"left", "right"}:
+        return counts  # L1 … R4, on a plate
     if plain and not wrenches(file):
         return plain
     return unknown

@@ -15,11 +15,15 @@ import numpy as np
 from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
 from footcal_cli.sniff.units import split_unit
 
+_STEP_M, _IN_M = 0.03, {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+"""A foot that stands moves by less, as far as an estimator's drift goes."""
 _RATES = {"vel", "velocity", "v", "speed", "omega", "twist"}
+_IN_A_POSE = re.compile(r"[tp][xyz]")
+"""Where a pose is: its ``tx`` is no torque."""
 _MOMENTUM = {"ldot", "hdot", "angmom", "dl", "dh"}
 _MOMENTUM_RATE = re.compile(r"(?:d[lh]|[lh]dot)([xyz])")
 """dLx, HdotY: written in one word."""
@@ -35,6 +39,9 @@ _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "an
 def body_entries(file: FileGuess) -> dict[str, Entry]:
     """Stamps and every column of the motion, by canonical name."""
     entries, _, _ = times(file, needed=False)
+    asked = {c.column for c in file.of("com", "com_acc") if COMMANDED & set(words_of(c.column))}
+    if len(asked) < len(file.of("com")):  # what was asked for stands next to what was reached
+        file = replace(file, columns=tuple(c for c in file.columns if c.column not in asked))
     behind = any(c.name.place in _BEHIND for c in file.columns)
     for column in file.columns:
         name = _canonical(column)
@@ -70,6 +77,23 @@ def without_motion(file: FileGuess) -> FileGuess:
         for c in file.columns
     )
     return replace(file, columns=tuple(columns))
+
+
+def walks(entries: Mapping[str, Entry]) -> bool:
+    """Whether a body's motion is one of steps: a foot's place moves along the ground.
+
+    A stand shows no scale of a horizontal force; `static-init` asks it for none.
+    """
+    known = False
+    for name, entry in entries.items():
+        column = entry.column
+        if column is None or column.values is None or not name.endswith(("_foot_x_m", "_foot_y_m")):
+            continue
+        known = True
+        low, high = np.nanquantile(column.values, [0.01, 0.99])
+        if (high - low) * _IN_M.get(entry.unit or "m", 1.0) > _STEP_M:
+            return True
+    return bool(entries) and not known
 
 
 def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
@@ -130,5 +154,7 @@ def _words(column: ColumnGuess) -> list[str]:
     """Words of a column's name without its unit."""
     stem, _, _ = split_unit(re.sub(r"\[(\d+)\]", r"_\1", column.column.lstrip("%#$/ ")))
     words = words_of(stem)
+    if words and _IN_A_POSE.fullmatch(words[-1]) and {"pose", "translation"} & set(words):
+        words = [*words[:-1], words[-1][-1]]
     counted = words[-1:] and words[-1].isdigit() and column.name.axis in ("x", "y", "z")
     return [*words[:-1], column.name.axis] if counted else words

@@ -15,7 +15,7 @@ from footcal_cli.sniff.units import (
     known_unit,
     split_unit,
 )
-from footcal_cli.sniff.vocabulary import WORDS
+from footcal_cli.sniff.vocabulary import EAST_ASIAN, WORDS
 from footcal_cli.sniff.vocabulary import Quantity as Quantity
 from footcal_cli.tables.units import TIMES
 
@@ -95,6 +95,7 @@ _NOT_OF_CELLS = {
     "velocity", "emg", "ecg", "acceleration", "speed", "distance", "extension", "elongation",
     "covariance", "cov",
 }  # fmt: skip
+_NO_FORCE = {"com", "acc", "gyro", "imu", "position", "pos", "pose", "translation"}
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
 _TICKS = {"sampletimefine": ("ms", 0.1)}
@@ -103,9 +104,10 @@ _ACCELERATED = {"acc", "accel", "acceleration", "dd"}
 _TURNED = {"theta", "euler", "angle", "rpy", "rotvec"}
 _MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
-FORCE = {"force", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила", "力"}
-TORQUE = {"torque", "moment", "tau", "drehmoment", "m", "t", "couple", "момент", "力矩", "扭矩",
-          "モーメント", "トルク"}  # fmt: skip
+FORCE = {"force", "forces", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила",
+         "力"}  # fmt: skip
+TORQUE = {"torque", "torques", "moment", "moments", "tau", "drehmoment", "m", "t", "couple",
+          "момент", "力矩", "扭矩", "モーメント", "トルク"}  # fmt: skip
 NOISE = {
     "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
     "counts", "count", "adc", "reading", "cell", "lc", "loadcell", "load", "sole", "ft", "msg",
@@ -123,6 +125,11 @@ _ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "midd
          "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f", "mitte": "m", "avant": "f",
          "arrière": "r", "arriere": "r", "milieu": "m"}  # fmt: skip
 _ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *_ENDS}
+_INNER = re.compile(
+    r"(heel|toe|ball|talon|ferse|front|rear|back)[\W_]*"
+    r"(inn?er|in|innen|int|out|outer|ext|außen)(?![A-Za-z])", re.IGNORECASE,
+)  # fmt: skip
+"""The inner and the outer cell of a heel: ``heel_in`` is in no inches."""
 _SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
           "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
           "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",
@@ -169,6 +176,10 @@ def _small(centre: re.Match[str]) -> str:
     return f"_{centre[0].lower()}_"  # ddCoM is dd, com
 
 
+def _as_zone(found: re.Match[str]) -> str:
+    return f"{found[1]}_{'medial' if found[2].lower().startswith('i') else 'lateral'}"
+
+
 def common_start(words: Sequence[str]) -> str:
     """The letters that all words begin with."""
     first, last = min(words), max(words)
@@ -182,6 +193,8 @@ def is_label(word: str) -> bool:
 
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
+    for word, said in EAST_ASIAN.items():
+        name = name.replace(word, f" {said} ")
     words = [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
     return [part for word in words for part in _parts_of(word)]
 
@@ -200,7 +213,7 @@ def _parts_of(word: str) -> list[str]:
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
     plain = re.sub(r"\[(\d+)\]", r"_\1", _QUOTED.sub("", name).lstrip("%#$/ ").rstrip("?: "))
-    plain = _RUN.sub("", plain)
+    plain = _INNER.sub(_as_zone, _RUN.sub("", plain))
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
     unit, factor = _TICKS.get(stem.lower(), (unit, factor))
@@ -254,8 +267,8 @@ def _address(words: list[str]) -> tuple[str, str, list[str]]:
                 place = _PLACES[word]
         elif word in _SIDES and not side:
             side = _SIDES[word]
-        elif word in _ZONES and not place:
-            place = word
+        elif word in _ZONES and (not place or place in _ZONES):
+            place = f"{place}_{word}".strip("_")
         else:
             rest.append(word)
         i += 1
@@ -284,7 +297,9 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return ("com_acc" if acc else "com"), axis_of, set(words)
     if {"gravity", "grav"} & set(words) and last in "xyz":
         return "gravity", last, {"gravity", "grav", last}
-    if axis and not (set(words) & {"com", "acc", "gyro", "imu", "position", "pos"}):
+    if (part := {"linear", "angular"} & set(words)) and "wrench" in words and last in "xyz":
+        return "force", ("f" if "linear" in part else "t") + last, {last, *part}
+    if axis and not set(words) & _NO_FORCE:
         kind = "f" if axis[1] == "f" else "t"
         return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}
     if kinds and last in ("x", "y", "z"):

@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
+from footcal_cli.sniff.couples import couples
 from footcal_cli.sniff.groups import AXES, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import (
@@ -25,13 +26,17 @@ from footcal_cli.sniff.names import (
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
-_WRENCH_STEM = re.compile(r"wrench|ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE)
+_WRENCH_STEM = re.compile(
+    r"wrench|(?<!le)ft|force|tcp|f_ext|reaction|sensordata|spatial", re.IGNORECASE
+)
 _POSE_STEM = re.compile(r"pose|tcp|flange", re.IGNORECASE)
 _NO_WRENCH = re.compile(
     r"pose|position|speed|vel|foot|feet|joint(?!.?reaction)|target|leg|strut|actuator|cable|tendon",
     re.IGNORECASE,
 )
 """Also forces along legs, struts and cables: six of a platform are no wrench."""
+_SAID_WRENCH = re.compile(r"wrench|(?<!le)ft(?![a-z])", re.IGNORECASE)
+"""Six numbers of a foot that is called so are one."""
 _ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
 _WHOLE_TURN_DEG = 360.0
 _GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9
@@ -48,7 +53,7 @@ _VECTORS: tuple[tuple[Collection[str], Quantity, str], ...] = (
 _SAID_OF_VECTORS = {"n", "nm", "linear", "vector", "vec", "dir", "direction", "unit"}
 _VECTOR_LETTER = re.compile(r"(?:.*[\W_])?[FMT]")
 """A vector that is called by its capital: ``F(1)``."""
-_PLACES = {"p", "pos", "position"}
+_PLACES = {"p", "pos", "position", "xyz"}
 _TURNS = 0.05
 """How much a component changes at least where a quaternion is recognised by its length."""
 _TURNED_AND_FELT = 9
@@ -78,6 +83,7 @@ def numbered(file: FileGuess) -> FileGuess:
     if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
         made |= _quaternion(stems)
     made |= _wrenches(file, stems, made)
+    made |= couples(file)
     felt_by = sum(c.name.axis == "fx" for c in made.values())
     beside = [c for stem, c in stems.items() if len(c) == len(AXES) and c[0].column not in made]
     if felt_by == len(beside) == 1 and not file.of("quaternion", "angle", "matrix", "gravity"):
@@ -101,7 +107,8 @@ def _wrenches(
     """Six numbered or nameless columns as a wrench."""
     six = {
         stem: c for stem, c in stems.items()
-        if len(c) == 6 and _WRENCH_STEM.search(stem) and not _NO_WRENCH.search(stem)
+        if len(c) == 6 and _WRENCH_STEM.search(stem)
+        and (not _NO_WRENCH.search(stem) or (name_guess(stem).side and _SAID_WRENCH.search(stem)))
         and c[0].column not in taken
     }  # fmt: skip
     nameless = [c for c in file.columns if c.column.startswith("column_")]

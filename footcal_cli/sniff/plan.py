@@ -124,7 +124,11 @@ class Plan:
 
 
 MASS = Blank(
-    ("# [robot]", "# mass_kg =    # the whole robot or person, with all that is worn"),
+    (
+        "# [robot]",
+        "# mass_kg =    # the whole robot or person, with all that is worn",
+        "# mass_sd_kg =    # how far that may be off, or left out: 1 % of it",
+    ),
     "no log says what the robot or person weighs",
 )
 _CAPACITY = Blank(

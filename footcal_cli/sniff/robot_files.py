@@ -7,31 +7,34 @@ from dataclasses import replace
 
 from footcal_cli.sniff.cells import NAMEPLATE, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
-from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.plan import Plan
 from footcal_cli.sniff.six_axis_feet import MOTION
 
 
-def with_body(plan: Plan, body: FileGuess, mounting: str = "") -> list[Part]:
+def with_body(
+    plan: Plan, body: FileGuess, mounting: str = "", beside: tuple[Beside, ...] = ()
+) -> list[Part]:
     """Sensors and the robot's own stream, which may say how the sensors are turned."""
     entries = body_entries(body)
     if plan.role == "cells" and {"rl_foot_x_m", "rr_foot_x_m"} <= set(entries):
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]
         plan = cells_in_time(plan.file, [c for c in named if c is not None], legs=True)
+    command = "online-replay" if walks(entries) else "static-init"
     other = Plan(
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
-        "online-replay", "body", entries, robot=upright(body, entries),
+        command, "body", entries, robot=upright(body, entries),
     )  # fmt: skip
     blanks = tuple(blank for blank in plan.blanks if blank != MOTION)
     kind = f"{plan.kind}; with a body stream"
     sensors = replace(
-        plan, command="online-replay", kind=kind, blanks=blanks, mounting=mounting or plan.mounting
+        plan, command=command, kind=kind, blanks=blanks, mounting=mounting or plan.mounting
     )
     return [
-        Part(sensors, (plan.file.path,), escaped(plan.file.path.name)),
+        Part(sensors, (plan.file.path,), escaped(plan.file.path.name), beside),
         Part(other, (body.path,), escaped(body.path.name)),
     ]
 
@@ -42,9 +45,9 @@ def with_bodies(
     """A body's stream that fits no experiment alone, next to the one log that lacks it."""
     bodies = [file for file in others if file.of("com")]
     walks = [p for p in parts if p.plan.command == "static-init" and len(p.paths) == 1]
-    if len(bodies) != 1 or len(walks) != 1 or walks[0].beside:
+    if len(bodies) != 1 or len(walks) != 1:
         return list(parts), list(others)
-    joined = with_body(walks[0].plan, bodies[0])
+    joined = with_body(walks[0].plan, bodies[0], beside=walks[0].beside)
     kept = [part for part in parts if part is not walks[0]]
     return [*kept, *joined], [file for file in others if file is not bodies[0]]
 

@@ -14,6 +14,7 @@ from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called
 from footcal_cli.sniff.foot_mounts import mounted
+from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries
@@ -65,7 +66,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
             others += group
         else:
             parts.append(made)
-    return with_one_name(*with_bodies(without_twins(parts), others))
+    return with_one_name(*with_places(*with_bodies(without_twins(parts), others)))
 
 
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:

@@ -15,7 +15,7 @@ from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.groups import transducers_by_stem
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import quiet_start_s
-from footcal_cli.sniff.motion import body_entries, upright
+from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, Plan, times
 
 
@@ -90,7 +90,7 @@ def ankles(
     body = body_entries(file)
     mounting = mounted(six, body) if len(six) > 1 else ""
     entries |= {name: entry for name, entry in body.items() if name != "time_s"}
-    command = "online-replay" if file.of("com") else "static-init"
+    command = "online-replay" if file.of("com") and walks(body) else "static-init"
     moves = ", with the body's motion" if file.of("com") else ""
     return Plan(
         file, f"six-axis transducers at {'two' if len(six) == 2 else len(six)} feet{moves}",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from footcal_cli.errors import DataError
 from footcal_cli.sniff.encodings import encoding_of
-from footcal_cli.sniff.ends import end, ends, once_named, refuse_said_below
+from footcal_cli.sniff.ends import end, ends, far_end, once_named, refuse_said_below
 from footcal_cli.sniff.freeform import carried_between, free_form
 from footcal_cli.sniff.header import (
     header_fields,
@@ -164,6 +164,10 @@ def guess_text(path: Path) -> TextGuess:
     until, last = end(once_named(between, found), found, guess.layout.comment)
     refuse_said_below(path, lines, found.is_row, carried)
     said += [ends(until, between, found)] if until else []
+    if not until and not carried and len(text) > _MOST // 2:
+        until, below = far_end(path, encoding, _MOST, found)
+        lost = f", {below} rows below it are not read" * bool(below)
+        said += [f"the table ends above '{until}'{lost}"] if until else []
     layout = replace(layout, thousands=found.thousands, until=until)
     said += ["lines between the rows say what holds below"] if carried else []
     if until and not guess.units and len(last) == found.width and looks_like_units(last):

@@ -51,3 +51,13 @@ _SPELLINGS: dict[Quantity, str] = {
 for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
+
+EAST_ASIAN = {
+    "左脚": "left foot", "右脚": "right foot", "左足": "left foot", "右足": "right foot",
+    **{a + b: f"{x}{y}" for a, x in (("前", "f"), ("后", "r"), ("後", "r"))
+       for b, y in (("左", "l"), ("右", "r"))},
+    **{b + a: f"{x}{y}" for a, x in (("前", "f"), ("后", "r"), ("後", "r"))
+       for b, y in (("左", "l"), ("右", "r"))},
+    "质心": "com", "質心": "com", "重心": "com", "加速度": "acc", "位置": "position",
+}  # fmt: skip
+"""Feet, places on them and the centre of mass, as Chinese and Japanese names write them."""

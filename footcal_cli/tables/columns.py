@@ -269,6 +269,7 @@ def body_table(feet: Sequence[str]) -> TableType:
             stream(f"{foot}_foot_q{a}", f"orientation of foot {foot}", True) for a in "xyzw"
         ]
     vectors = (
+        ("com_acc_{}_mps2", "xyz"),
         ("angmom_rate_{}_nm", "xy"),
         ("imu_acc_{}_mps2", "xyz"),
         ("imu_gyro_{}_radps", "xyz"),
@@ -279,7 +280,10 @@ def body_table(feet: Sequence[str]) -> TableType:
         (
             Column("time_s", "time stamp"),
             *(stream(f"com_{a}_m", "centre of mass") for a in "xyz"),
-            *(stream(f"com_acc_{a}_mps2", "its acceleration, gravity not included") for a in "xyz"),
+            *(
+                stream(f"com_acc_{a}_mps2", "its acceleration, gravity not included", True)
+                for a in "xyz"
+            ),
             *(stream(f"angmom_rate_{a}_nm", "angular momentum rate", True) for a in "xyz"),
             *(stream(f"imu_acc_{a}_mps2", "specific force at the IMU", True) for a in "xyz"),
             *(stream(f"imu_gyro_{a}_radps", "angular rate at the IMU", True) for a in "xyz"),

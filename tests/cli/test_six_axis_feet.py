@@ -72,12 +72,35 @@ def test_a_body_stream_in_the_log_of_the_feet_need_not_be_named_twice(
         file.write('[data]\ncells = ["walk.parquet"]\n')
     both = run("online-replay", "--recipe", recipe, "--out", tmp_path / "both", "--no-pictures")
     assert both.exit_code == 0, both.err
-    # without its acceleration the stream is not whole: the column is named
+    # without a CoM the stream is not whole: the column is named
     columns = pd.read_parquet(log)
-    columns.drop(columns=[c for c in columns if str(c).startswith("com_acc")]).to_parquet(log)
+    columns.drop(columns=[c for c in columns if str(c).startswith("com_")]).to_parquet(log)
     cut = run("online-replay", "--recipe", recipe, "--out", tmp_path / "cut")
     assert cut.exit_code == 3
-    assert "com_acc_x_mps2" in cut.err
+    assert "com_x_m" in cut.err
+
+
+def test_a_log_without_the_acceleration_of_the_com_is_calibrated_from_its_place(
+    run: Run, tmp_path: Path
+) -> None:
+    log, recipe = write_walk(tmp_path, 4, 12.0), tmp_path / "recipe.toml"
+    columns = pd.read_parquet(log)
+    columns.drop(columns=[c for c in columns if str(c).startswith("com_acc")]).to_parquet(log)
+    done = run("online-replay", log, "--recipe", recipe, "--out", tmp_path / "out", "--no-pictures")
+    assert done.exit_code == 0, done.err
+    assert "second derivative" in done.out
+    found = read_record(ParametersRecord, tmp_path / "out" / "parameters.json").parameters
+    forces = {name: one for name, one in found.items() if "offset_f" in name}
+    assert len(forces) == 6
+    for name, one in forces.items():
+        assert one.sd is not None
+        assert one.sd < 2.5
+        assert abs(one.value - 8.0) < 4.0 * one.sd, name
+    # part of it says nothing
+    columns.drop(columns=["com_acc_z_mps2"]).to_parquet(log)
+    cut = run("online-replay", log, "--recipe", recipe, "--out", tmp_path / "cut")
+    assert cut.exit_code == 3
+    assert "com_acc_z_mps2" in cut.err
 
 
 def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(

@@ -124,6 +124,22 @@ def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(ahead:
     assert np.mean(alone) > 5.0
 
 
+def test_stances_that_contradict_each_other_are_no_surer_than_that() -> None:
+    """Loads that pass by the cells are no noise of a reading: 10 times what it allows."""
+    squared = []
+    for seed in range(30):
+        made = make_standing(12, seed, replace=True)
+        log, belief = stand_log(made), belief_of(made)
+        rows = stance_rows(log, QuietSet(made.stance, judge({}, len(log))), belief)
+        noise = np.random.default_rng(700 + seed).normal(0.0, 10.0, rows.sd.size) * rows.sd
+        fit = fit_static(replace(rows, error=rows.error + noise), belief)
+        error = np.concatenate([fit.gain - made.true_gain, fit.bias_n - made.true_bias])
+        squared.append(float(error @ np.linalg.solve(fit.covariance, error)) / 16)
+        assert fit.chi2 > 3.0 * fit.dof
+    # 1, and a little more: the residual of n rows is smaller than their noise
+    assert 0.7 < np.mean(squared) < 2.0
+
+
 def test_what_standing_did_not_show_is_not_called_estimated() -> None:
     fit, _, _ = fit_first(make_standing(1, 0, replace=False), 1)
     assert set(fit.estimates.status) == {Status.PRIOR_KEPT}

@@ -153,3 +153,17 @@ def test_an_inertial_unit_without_names_is_no_wrench(tmp_path: Path) -> None:
     log = written(tmp_path / "imu.csv", ["x,y,z,x.1,y.1,z.1,x.2,y.2,z.2,w", *rows])
     plan = plan_of(guess_file(log))
     assert plan is None or plan.command != "hang-calib"
+
+
+def test_a_second_table_below_what_was_looked_at_ends_the_first(tmp_path: Path) -> None:
+    """Plates of a capture system are long; its markers stand below them."""
+    row = ",".join(["{0}", *["-300.123456"] * 12])
+    names = ",".join(["Frame", *(f"{k}{a}{i}" for i in (1, 2) for k in "FM" for a in "xyz")])
+    plates = [row.format(i) for i in range(1, 9001)]
+    markers = [f"{i},912.4,-80.1,33.0" for i in range(1, 901)]
+    text = "\n".join([names, *plates, "", "Trajectories", "100", "Frame,X,Y,Z", *markers])
+    (tmp_path / "trial.csv").write_text(text + "\n")
+    guess = guess_file(tmp_path / "trial.csv")
+    assert len(text) > 2**20
+    assert guess.layout.until == "Trajectories"
+    assert guess.rows == 9000

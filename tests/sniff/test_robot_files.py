@@ -57,6 +57,7 @@ def test_weights_a_walk_and_the_body_in_three_files(tmp_path: Path) -> None:
     names = "t (ms),CoMX (mm),CoMY (mm),CoMZ (mm),dLX (Nm),dLY (Nm),LeftFootX (mm),RightFootX (mm)"
     body = rng.normal(0, 1, (500, 7))
     body[:, 2] += 250
+    body[:, 5:] += np.linspace(0, 400, 500)[:, None]  # both feet step on
     rows = [",".join([f"{10 * i}", *(f"{v:.4f}" for v in row)]) for i, row in enumerate(body)]
     (tmp_path / "body.csv").write_text("\n".join([names, *rows]) + "\n")
     files = [guess_file(tmp_path / f"{name}.csv") for name in ("weights", "feet", "body")]

@@ -36,6 +36,7 @@ from tests.strangers import (
     third,
     thirteenth_bench,
     thirteenth_robots,
+    thirtieth,
     turned,
     twelfth_bench,
     twelfth_robots,
@@ -104,6 +105,7 @@ SAMPLE = (
     twenty_sixth.quaternion_in_counts,
     twenty_ninth.monitor_and_protocol, twenty_ninth.smart_home,
     twenty_ninth.registers_of_a_master, twenty_ninth.plates_that_point_down,
+    *thirtieth.THIRTIETH,
     twenty_seventh.ros_json_of_two_arms, twenty_seventh.comment_column_of_loads,
 
 )  # fmt: skip
@@ -136,6 +138,7 @@ CORPORA = {
     ),
     "twenty_fifth": twenty_fifth.TWENTY_FIFTH, "twenty_sixth": twenty_sixth.TWENTY_SIXTH,
     "twenty_seventh": twenty_seventh.TWENTY_SEVENTH, "twenty_ninth": twenty_ninth.TWENTY_NINTH,
+    "thirtieth": thirtieth.THIRTIETH,
     "twenty_eighth": (
         *twenty_eighth_bench.TWENTY_EIGHTH_BENCH, *twenty_eighth_robots.TWENTY_EIGHTH_ROBOTS
     ),

@@ -291,6 +291,8 @@ def _body_on(
         "feet_m": body.feet_m[keep],
         "feet_yaw_rad": np.unwrap(body.feet_yaw_rad[keep], axis=0),
     }
+    if not np.isfinite(parts["com_acc_mps2"]).any():
+        parts["com_acc_mps2"] = acceleration_of(parts["com_m"], time_s)
     for name, optional in (
         ("feet_rot", body.feet_rot),
         ("imu_acc_mps2", body.imu_acc_mps2),

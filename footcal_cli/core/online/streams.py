@@ -43,7 +43,8 @@ class BodyStream:
     time_s
         Shape (m,).
     com_m, com_acc_mps2
-        Shape (m, 3); heights above the ground.
+        Shape (m, 3); heights above the ground. An acceleration that is nowhere known (NaN) is
+        the CoM's second derivative.
     angmom_rate_nm
         Shape (m, 2).
     feet_m, feet_yaw_rad

@@ -1,0 +1,74 @@
+"""Feet whose cells a plate weighs, or whose cells themselves read kilograms.
+
+Room: sniff; asked by experiment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.sniff.cells import cells_in_time
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.plan import FORCES, MASS, Plan
+from footcal_cli.sniff.units import GRAVITY_MPS2
+from footcal_cli.tables.units import conversion
+
+_STEADY = 0.1
+"""What a plate bears that nobody steps on or off changes by less than this share."""
+_LEAST = 2
+
+
+def _of_both_feet(columns: list[ColumnGuess]) -> bool:
+    """Whether several columns each are of a left and of a right foot."""
+    sides = [c.name.side for c in columns]
+    return min(sides.count("left"), sides.count("right")) >= _LEAST
+
+
+def in_kilograms(file: FileGuess) -> FileGuess:
+    """The log with loads that stand on both feet taken for what their cells read, for want of any.
+
+    Weights that were put on are known in one column; a mass in several columns of each foot, next
+    to stamps and to no reading, is what a firmware made of the readings.
+    """
+    loads = [c for c in file.of("load") if c.values is not None and c.unit in FORCES]
+    if file.of("reading", "force") or not file.of("time") or not _of_both_feet(loads):
+        return file
+    if any(not c.name.side for c in loads):
+        return file
+    read = {c.column for c in loads}
+    return replace(file, columns=tuple(
+        c.as_quantity("reading", "likely", "a mass on each cell of both feet")
+        if c.column in read else c for c in file.columns
+    ))  # fmt: skip
+
+
+def on_a_plate(file: FileGuess, cells: list[ColumnGuess]) -> Plan | None:
+    """The plan for cells of two feet on one plate, whose force is the robot's weight.
+
+    None where there is no such plate, or it does not bear all of the robot all the time.
+    """
+    plates = [
+        c for c in file.of("force", "load", "reading", "unknown")
+        if c.values is not None and not c.name.side and c.name.axis in ("", "fz")
+        and (c.unit in FORCES or (c.quantity == "force" and c.unit is None))
+    ]  # fmt: skip
+    cells = [c for c in cells if c.name.side and c not in plates]
+    if len(plates) != 1 or not _of_both_feet(cells) or not file.of("time"):
+        return None
+    plate, unit = plates[0], plates[0].unit or "N"
+    force = np.abs(numbers_of(plate))
+    force = force[np.isfinite(force)]
+    if unit not in FORCES or not force.size:
+        return None
+    low, middle, high = np.quantile(force, [0.05, 0.5, 0.95])
+    if not high - low < _STEADY * middle:
+        return None
+    mass = float(middle) * conversion(unit, "N", GRAVITY_MPS2).slope / GRAVITY_MPS2
+    plan = cells_in_time(file, cells)
+    return replace(
+        plan, blanks=tuple(blank for blank in plan.blanks if blank is not MASS),
+        robot=(f"mass_kg = {mass:.4g}    # likely: what {plate.column} bears", *plan.robot),
+        kind=f"{plan.kind}, on a plate",
+    )  # fmt: skip
