@@ -12,7 +12,13 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.reference_states import advanced
-from footcal_cli.core.online.six_axis import by_neighbours, shared_errors, six_axis_rows
+from footcal_cli.core.online.six_axis import (
+    KNOWN_MOTION,
+    PRIOR_SD,
+    by_neighbours,
+    shared_errors,
+    six_axis_rows,
+)
 from footcal_cli.core.online.six_axis_replay import replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
@@ -144,7 +150,8 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
             acc = known["com_acc_mps2"].copy()
             ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
             axis = ahead if kind[-1] == "x" else np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
-            acc[:, :2] += step * axis * np.einsum("ni,ni->n", axis, acc[:, :2])[:, None]
+            pushed = by_neighbours(acc, 1)[:, :2]  # as scales have it
+            acc[:, :2] += step * axis * np.einsum("ni,ni->n", axis, pushed)[:, None]
             known["com_acc_mps2"] = acc
         elif kind == "angmom_loss":
             continue  # of the part that repeats: the next test
@@ -230,6 +237,27 @@ def test_scales_are_left_alone_where_the_motion_tells_too_little() -> None:
     assert vertical == pytest.approx([0.0, 0.0], abs=0.05)
 
 
+def test_a_scale_of_all_feet_and_a_motion_of_another_size_are_one_thing() -> None:
+    """Their columns are opposite, so that the priors share out what both could be."""
+    log, _ = six_axis_walk(0, noise_n=0.5)
+    light = log.with_known(foot_weight_n=np.zeros_like(log.known["foot_weight_n"]))
+    rows = six_axis_rows(light, samples_per_update=2)
+    at = {name: i for i, name in enumerate(rows.names)}
+    scales = [at[f"{foot}.scale_f{axis}"] for foot in FEET for axis in "xyz"]
+    for axis, row in (("x", 0), ("y", 1)):
+        motion = at[f"robot.motion_size_{axis}"]
+        use = rows.valid[:, row]
+        by_feet = (rows.h[use][:, row, scales] / rows.prior_sd[scales]).sum(axis=1)
+        by_motion = rows.h[use, row, motion] / rows.prior_sd[motion]
+        apart = by_feet - by_feet.mean() + by_motion - by_motion.mean()
+        assert np.std(apart) < 0.02 * np.std(by_feet)
+    found = replay_six_axis(as_merged(log), samples_per_update=2)
+    shared = PRIOR_SD["scale"][1] / np.sqrt(len(FEET))
+    sd = shared * KNOWN_MOTION / np.hypot(shared, KNOWN_MOTION)  # if only priors tell them apart
+    for foot in FEET:  # turned by 0.1 rad to 0.2 rad, so that the weight knows a part of it
+        assert found.track.sd[-1, found.track.names.index(f"{foot}.scale_fx")] > 0.6 * sd
+
+
 @pytest.mark.slow
 def test_noise_does_not_pull_scales_of_axes_that_hardly_feel_anything() -> None:
     """Half a newton of noise on pushes of one newton: −0.16 ± 0.02 by the block's own reading."""
@@ -284,7 +312,7 @@ def test_a_wrong_mass_moves_all_estimates_along_what_they_share() -> None:
 def test_without_a_rate_of_angular_momentum_its_share_of_the_moment_is_a_state() -> None:
     """A body whose limbs swing as it is pushed: L̇ in proportion to the moment of the force."""
     log, true = six_axis_walk(0)
-    acc, height = log.known["com_acc_mps2"], log.known["com_m"][:, 2]
+    acc, height = by_neighbours(log.known["com_acc_mps2"], 1), log.known["com_m"][:, 2]
     share = np.array([0.3, -0.2])
     pull = log.known["mass_kg"][:, None] * acc[:, :2] * share * height[:, None]
     momentum = np.stack([-pull[:, 1], pull[:, 0]], axis=1)

@@ -115,7 +115,9 @@ def six_axis_rows(
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
     h = _columns(used, scales, samples_per_update)[:, :, : len(names)]
-    for state, column in _of_the_motion(used, scales).items() if walking else ():
+    for state, column in (
+        _of_the_motion(used, scales, samples_per_update).items() if walking else ()
+    ):
         add(f"robot.{state}", state.removesuffix("_x").removesuffix("_y"))
         h = np.concatenate([h, column[:, :, None]], axis=2)
     error, valid, h = in_heading(
@@ -182,7 +184,7 @@ def _columns(log: Log, scales: bool, size: int) -> FloatArray:
     return np.nan_to_num(h)
 
 
-def _of_the_motion(log: Log, scales: bool) -> dict[str, FloatArray]:
+def _of_the_motion(log: Log, scales: bool, size: int) -> dict[str, FloatArray]:
     """What may be wrong with the motion -> ``∂error/∂state``, shape (n, k).
 
     Sizes come from the forces measured where they can: the noise of the demand stands in the error,
@@ -197,7 +199,7 @@ def _of_the_motion(log: Log, scales: bool) -> dict[str, FloatArray]:
     columns = {DELAY.name: np.nan_to_num((balances[0] - balances[1]) / (2.0 * _DELAY_STEP_S))}
     if not scales:
         return columns
-    motion = _horizontal_motion(log)
+    motion = _horizontal_motion(log, size)
     for axis, part in zip("xy", motion, strict=True):
         columns[f"motion_size_{axis}"] = _on_totals(log, force=-part)
     if log.known["angmom_rate_nm"].any():
@@ -271,9 +273,14 @@ def _repeating(log: Log) -> FloatArray:
     return _in_world(log, mean)
 
 
-def _horizontal_motion(log: Log) -> tuple[FloatArray, FloatArray]:
-    """The body's horizontal ``m c̈``, as measured: parts along and across its heading, (n, 2)."""
-    balance = walk.six_axis_balance(log.with_readings(log.readings - _unloaded(log).ravel()))
+def _horizontal_motion(log: Log, size: int) -> tuple[FloatArray, FloatArray]:
+    """The body's horizontal ``m c̈``, as measured: parts along and across its heading, (n, 2).
+
+    By the readings that scales are regressed on: a scale that all feet share and a motion of
+    another size are then one thing to the filter too, and their priors share it out.
+    """
+    readings = by_neighbours(log.readings, size) - _unloaded(log).ravel()
+    balance = walk.six_axis_balance(log.with_readings(readings))
     force = balance.error[:, :2] + log.known["mass_kg"][:, None] * log.known["com_acc_mps2"][:, :2]
     along = _in_heading(log, force)
     return _in_world(log, along.real + 0j), _in_world(log, (along - along.conj()) / 2)
