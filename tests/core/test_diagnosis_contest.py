@@ -39,7 +39,8 @@ from footcal_cli.core.inference.evidence import (
     sign_patterns,
 )
 from footcal_cli.core.inference.problem import Signature
-from footcal_cli.core.inference.refit import Refit, Scatter
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scatter import Scatter
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.rivals import next_best

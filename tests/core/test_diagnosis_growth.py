@@ -14,7 +14,8 @@ from footcal_cli.core.diagnosis.growth import _is_something
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem, Signature
-from footcal_cli.core.inference.refit import Refit, Scatter
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scatter import Scatter
 from footcal_cli.core.parameters import FloatArray
 
 BLOCKS, ROWS = 12, 60

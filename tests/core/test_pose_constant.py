@@ -50,12 +50,11 @@ def studied(one: Case, weight_n: float) -> MountingStudy:
     data = replace(one.data, robot_weight_n=weight_n)
     return study_mounting(
         data, one.legs, one.noise_sd, UNKNOWN,
-        structure="auto", translation_sd_m=0.005, directions="auto", folds=5,
+        structure="full", translation_sd_m=0.005, directions="auto", folds=2,
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [5, 6])
-@pytest.mark.parametrize("poses", [30, 80])
+@pytest.mark.parametrize(("seed", "poses"), [(5, 30), (6, 60)])
 def test_a_wrong_mass_is_refuted_and_blames_no_leg(seed: int, poses: int) -> None:
     one, factor = case(seed, poses=poses), float(np.random.default_rng(seed).choice([0.96, 1.05]))
     true_n = one.data.robot_weight_n

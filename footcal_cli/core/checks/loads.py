@@ -14,10 +14,10 @@ from footcal_cli.core.quality import Finding, listed
 from footcal_cli.core.signals import median_sd
 
 OFF, OFF_SD = 0.06, 12.0
-"""A row is off by this share of the loads' range, and so many robust sd of the others: no curve and
-no loop of a cell makes it."""
+"""A row is an outlier from this share of the loads' range and this many robust sd of the others on:
+no curve and no hysteresis of a cell is that large."""
 MOST_OFF = 0.2
-"""Of more rows it is no slip."""
+"""Share of the rows beyond which it is no slip of a hand."""
 LAGS, LAGS_SHARE = 0.15, 0.5
 """Share of the last change of load that is lacking, and of the residual that it explains."""
 OWN, OTHERS = 12.0, 4.0

@@ -55,7 +55,7 @@ def refitted(
 
 
 def fit(subject: Subject, causes: Sequence[Cause], model: Refit | None, cause: Cause) -> Contender:
-    """A contender with its refit beside all other causes and the problem that it leaves."""
+    """A contender, its refit together with all other causes, and the problem after it."""
     fitted = refitted_with(subject, [*causes, cause], model)
     return cause, fitted, subject.bare(fitted, [*causes, cause])
 

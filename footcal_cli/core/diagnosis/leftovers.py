@@ -14,7 +14,7 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 BINS = 12
 _SHARE = 0.2
-"""Share of the strongest channel's dependence from which another one is touched too."""
+"""Another channel is affected too from this share of the strongest channel's dependence on."""
 _NEAREST = 3
 
 

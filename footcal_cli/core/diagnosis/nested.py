@@ -126,7 +126,7 @@ def folds_of(kind: IntArray, most: int) -> IntArray:
 
     Neighbours of all kinds together would leave out a third of one cell's sessions at once, and
     what was found with all of them is not found without so many. Where each block is of a kind of
-    its own (attitudes, of which none knows another's tilt) neighbours are together.
+    its own (attitudes, each with a tilt of its own) a fold is a run of neighbours.
 
     Parameters
     ----------

@@ -300,7 +300,7 @@ def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOption
 def fit_reduced(
     reduced: Reduced, model: HangModel, weight_n: float, start: FloatArray | None = None
 ) -> Fit:
-    """Weight, offsets, CoM and tilts at their maximum likelihood; what stays unseen is said."""
+    """Weight, offsets, CoM and tilts at maximum likelihood; the status says what stays unknown."""
     parameters = model.parameters(weight_n)
     coefficients = HangResidual.of(model).coefficients
     fit = reduced.fit(parameters, coefficients, model.coefficient_jacobian, start)

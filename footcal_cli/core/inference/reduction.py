@@ -228,7 +228,7 @@ class Reduced:
 
 
 def _spread(square: FloatArray, size: FloatArray) -> float:
-    """Sd s with ``Σ square / (1 + s² size) = n``; 0 where that is so without any."""
+    """The sd s that solves ``Σ square / (1 + s² size) = n``; 0 where none is needed."""
     seen = size > 0.0
     square, size = square[seen], size[seen]
     if square.sum() <= square.size:

@@ -39,8 +39,8 @@ MOST_SUSPECTS = 3
 RARE = 0.05
 """Probability with which the best of all candidates explains that much of noise."""
 SHARES = (1.0, 0.05)
-"""Of the variances, at which the strongest candidate is suspected: one that made a variance large
-is hidden by it, and another stands out in its place."""
+"""Shares of the variances at which the strongest candidate is looked for: a cause that made a
+variance large is hidden by it, and another one stands out in its place."""
 _INSIDE = 1e-8  # share of a column's square that a base leaves, below which it leaves none
 
 
