@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.imperfections import _large_elsewhere
+from footcal_cli.core.diagnosis.imperfections import _large_elsewhere, sizes_of_imperfections
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.body import LIMB_SWING
 from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.log import Log
 from tests.core.test_diagnosis_bridge import Hidden, walk_case
 
 BLOCKS, ROWS, RATE_HZ = 12, 200, 50.0
@@ -90,3 +95,39 @@ def test_a_height_of_the_com_and_a_gain_of_its_acceleration_are_one_set() -> Non
     cause = found.found[0].cause
     named = {cause.signature.effect, *(rival.effect for rival in cause.rivals)}
     assert named >= {"com_offset", "accel_gain"}
+
+
+def without_limbs(log: Log, share: float) -> Log:
+    """A log that leaves out ``(L̇ʸ, −L̇ˣ) = s m cᶻ c̈`` and says that it knows no L̇."""
+    known = log.known
+    acc, lever = known["com_acc_mps2"], known["mass_kg"] * known["com_m"][:, 2]
+    limbs = share * lever[:, None] * np.stack([-acc[:, 1], acc[:, 0]], axis=1)
+    return log.with_known(
+        angmom_rate_nm=known["angmom_rate_nm"] - limbs, angmom_missing=np.ones(len(log))
+    )
+
+
+def test_limbs_that_swing_as_the_body_is_pushed_are_fitted_where_no_log_has_them() -> None:
+    case, share = walk_case(3, duration_s=30.0), -0.15
+    swung = replace(case, logs=tuple(without_limbs(log, share) for log in case.logs))
+    clean, problem = (problem_from(c, rows_of(c), TABLE.values(), describe) for c in (case, swung))
+    assert "limb_swing" not in {s.effect for s in clean.usual_of}
+    at = [i for i, s in enumerate(problem.usual_of) if s.effect == "limb_swing"]
+    bare = problem.without_usual({s.effect for s in problem.usual_of})
+    size, sd = sizes_of_imperfections(bare, problem.usual)
+    found = 0.2 * size[at]  # in usual sizes
+    assert found == pytest.approx([share, share], abs=0.03)
+    assert np.all(0.2 * sd[at] < 0.02)
+
+
+def test_what_limbs_add_is_taken_back() -> None:
+    (log,) = walk_case(3, duration_s=30.0).logs
+    log = log.with_known(angmom_missing=np.ones(len(log)))
+    chain = Chain((Link(LIMB_SWING, {"robot": ("robot",)}),))
+    values = {"robot.limb_swing_x": 0.3, "robot.limb_swing_y": -0.2}
+    shown = chain.apply(log, values)[0]
+    assert np.abs(shown.known["angmom_rate_nm"] - log.known["angmom_rate_nm"]).max() > 0.1
+    back = chain.remove(shown, values)[0]
+    np.testing.assert_allclose(
+        back.known["angmom_rate_nm"], log.known["angmom_rate_nm"], atol=1e-12
+    )

@@ -131,10 +131,11 @@ def _biped(channels: tuple[str, ...], log: Log) -> Biped:
         return usual
     found = replace(usual, feet=feet)
     if "mass_kg" in log.known and "com_m" in log.known:
+        height = float(np.median(log.known["com_m"][:, 2]))
         found = replace(
             found,
             mass_kg=float(np.median(log.known["mass_kg"])),
-            com_height_m=float(np.median(log.known["com_m"][:, 2])),
+            com_height_m=height if np.isfinite(height) else usual.com_height_m,  # insoles: unknown
         )
     return found
 

@@ -249,6 +249,33 @@ ANGULAR_MOMENTUM = Effect(
 )
 
 
+def _swung(log: Log, theta: Theta) -> FloatArray:
+    yaw_rad, known = heading_rad(log), log.known
+    share = np.array([theta["limb_swing_x"][0], theta["limb_swing_y"][0], 0.0])
+    acc = _turned(_turned(known["com_acc_mps2"], -yaw_rad) * share, yaw_rad)
+    lever = (known["mass_kg"] * known["com_m"][:, 2])[:, None]
+    return np.asarray(lever * np.stack([-acc[:, 1], acc[:, 0]], axis=1))
+
+
+LIMB_SWING = Effect(
+    name="limb_swing",
+    stage=Stage.BODY,
+    scope=Scope.ROBOT,
+    parameters=tuple(
+        EffectParameter(f"limb_swing_{axis}", "-", 0.0, -5.0, 5.0, 0.2) for axis in "xy"
+    ),
+    apply=on_known("angmom_rate_nm", plus(_swung, -1.0)),
+    remove=on_known("angmom_rate_nm", plus(_swung)),
+    experiments=("walk",),
+    formula="L̇_shown = L̇ − m c_z R(heading) (−s_y c̈_y, s_x c̈_x)",
+    source="Herr & Popovic, J. Exp. Biol. 211, 467 (2008): limbs swing against each other as the "
+    "body is pushed",
+    remedy="log the rate of angular momentum",
+    needs=("angmom_missing",),
+)
+"""No row of the table: of logs without L̇, whose moments of the body's motion nobody knows."""
+
+
 def _leg_mass(sign: float) -> Transform:
     def moved(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
         known = log.known

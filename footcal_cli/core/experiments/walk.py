@@ -15,7 +15,13 @@ from typing import TypedDict
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
-from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, CHANGE_OF_FOOT, COM_OFFSET, LEG_MASS
+from footcal_cli.core.effects.body import (
+    ANGULAR_MOMENTUM,
+    CHANGE_OF_FOOT,
+    COM_OFFSET,
+    LEG_MASS,
+    LIMB_SWING,
+)
 from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
 from footcal_cli.core.effects.foot import PLATE_INERTIA
@@ -203,6 +209,7 @@ OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 5e-4, "com_correction
 """The CoM of a CAD model."""
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
+    Imperfection(LIMB_SWING, {"limb_swing_x": 0.2, "limb_swing_y": 0.2}, bounded=False),
     Imperfection(DELAY, {DELAY.size.name: 0.002}, covers=(LAG.name,)),
     Imperfection(SMOOTHING, {"smoothing": 5e-4}, bounded=False),
     OF_A_MODEL,

@@ -34,6 +34,7 @@ from footcal_cli.intake.cases.shared import (
     followed,
     known_before,
     rate_of,
+    without_momentum,
 )
 from footcal_cli.intake.recordings import Recording, read_recordings
 from footcal_cli.intake.stances import judged_rows
@@ -113,7 +114,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
 
 def _log_of(recording: Recording, experiment: Experiment, judged: BoolArray) -> Log:
     """The samples of a recording that its balance can use, in blocks."""
-    merged, log = recording.merged, recording.merged.log
+    merged, log = recording.merged, without_momentum(recording)
     good = judged & np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact" and name in log.known:

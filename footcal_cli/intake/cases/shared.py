@@ -23,6 +23,7 @@ from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParameterRecord, ParametersRecord
 
 if TYPE_CHECKING:
+    from footcal_cli.intake.recordings import Recording
     from footcal_cli.session.session import Session
 
 
@@ -172,6 +173,14 @@ def known_before(
         bias = np.array([0.0, max(BIAS_MOVES_N, BIAS_MOVES * largest)])
         covariance[at, at] += np.outer(gain, gain) + np.outer(bias, bias)
     return scaled_inverse(covariance, _RCOND)
+
+
+def without_momentum(recording: Recording) -> Log:
+    """The merged log; one without a rate of angular momentum says so (`LIMB_SWING.needs`)."""
+    log = recording.merged.log
+    if not recording.no_angular_momentum:
+        return log
+    return log.with_known(angmom_missing=np.ones(len(log)))
 
 
 def needs_time(experiment: Experiment, reason: str) -> dict[str, str]:

@@ -25,6 +25,7 @@ from footcal_cli.intake.cases.shared import (
     followed,
     of_cells,
     rate_of,
+    without_momentum,
 )
 from footcal_cli.intake.recordings import read_recordings
 from footcal_cli.intake.stances import judged_rows
@@ -43,7 +44,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS
     recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
     logs = [
-        _cut(recording.merged.log, experiment, judged_rows(session.recipe, kind, recording))
+        _cut(without_momentum(recording), experiment, judged_rows(session.recipe, kind, recording))
         for recording in recordings
     ]
     channels = logs[0].channels

@@ -31,6 +31,7 @@ from footcal_cli.sheets.diagnosis.followed import (
 from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
 from footcal_cli.sheets.diagnosis.pictures import pictures_of
 from footcal_cli.sheets.diagnosis.record import record_of
+from footcal_cli.sheets.diagnosis.sentences import most_informative, nothing_testable
 from footcal_cli.sheets.diagnosis.unknown import card_sheets
 from footcal_cli.sheets.diagnosis.words import together
 from footcal_cli.sheets.ladder import study_sentence
@@ -73,7 +74,8 @@ def outcome_of(
     read, found, moved
         The case, what the core found, and how the calibration moves with it.
     """
-    if asked.alone and found.verdict is Verdict.NONE:
+    short = nothing_testable(found) and most_informative(found) > 0.0
+    if found.verdict is Verdict.NONE and (asked.alone or short):
         found = replace(found, verdict=Verdict.UNDERPOWERED)
     table, seed = asked.table, asked.seed
     answer = _answer(read, found, asked)

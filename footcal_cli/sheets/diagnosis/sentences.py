@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import ceil, log2
 
 import numpy as np
 
@@ -47,7 +48,7 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
     details += refused_lines(found.rounds[0].search.refused)
     details += _scope_lines(found)
     details += cannot_lines(found, untested)
-    if not any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects):
+    if nothing_testable(found):
         return "Nothing was found because nothing could be looked for.", details
     if small is not None:
         return "Nothing that matters: no effect of the table, and what repeats is small.", details
@@ -192,10 +193,28 @@ def partly_named(found: Investigation, untested: Mapping[str, str]) -> tuple[str
     ]
 
 
+def nothing_testable(found: Investigation) -> bool:
+    """Whether these data could show no effect of the table at any size."""
+    return all(row.status is EffectStatus.NOT_TESTABLE for row in found.rounds[0].effects)
+
+
+def most_informative(found: Investigation) -> float:
+    """Blocks that are informative of the effect that most of them show; 0 where none is tried."""
+    return max((row.informative for row in found.rounds[0].effects), default=0.0)
+
+
 def underpowered(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
-    """Too few blocks."""
+    """Too few blocks, or too few that show anything."""
     blocks = found.problem.blocks
     rules = found.rounds[0].rules
+    if found.rounds[0].smallest_p <= rules.alpha_name and nothing_testable(found):
+        needed = ceil(1.0 - log2(rules.alpha_name))  # p of equal signs is 2 / 2ⁿ
+        return (
+            f"Too short to identify a cause: of {plural(blocks, 'block')}, "
+            f"{number(most_informative(found), 2)} inform of any effect and {needed} are needed. "
+            "Record for longer.",
+            cannot_lines(found, untested),
+        )  # fmt: skip
     more = max(rules.fewest_blocks - blocks, 1)
     return (
         f"Too few blocks to identify a cause: {plural(blocks, 'block')} can show "
