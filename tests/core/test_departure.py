@@ -59,6 +59,9 @@ def test_its_p_is_that_of_the_f_distribution() -> None:
     # the best of many tests is as likely by chance as any one of them (Šidák)
     best = Departure(before=40.0, after=26.0, directions=14, causes=1, among=20.0)
     assert best.p == pytest.approx(1.0 - (1.0 - known.p) ** 20.0)
+    # and no more than any direction of all that are known could be by chance (Scheffé)
+    few = Departure(before=200.0, after=1.0, directions=6, causes=1, among=1e6)
+    assert few.p == pytest.approx(float(stats.f.sf(199.0 / 6.0, 6, 5)))
 
 
 def test_far_is_beyond_what_its_sd_allows() -> None:

@@ -50,15 +50,17 @@ class Departure:
         """That names which are nothing bring the calibration so much nearer.
 
         ``F = ((D₀ − D₁) / k) / max(D₁ / (n − k), 1)``: the stated sd may be too small, which what
-        is left tells, and is not taken to be too large. The best of n has ``1 − (1 − p)ⁿ``.
+        is left tells, and is not taken to be too large. The best of m tests has at most
+        ``1 − (1 − p)ᵐ`` [Šidák], and no more than all directions together [Scheffé].
         """
         freedom = self.directions - self.causes
         if freedom < 1:
             return 1.0
-        scale = max(self.after / freedom, 1.0)
-        f = (self.before - self.after) / self.causes / scale
-        p = float(stats.f.sf(f, self.causes, freedom))
-        return 1.0 if p == 1.0 else float(-np.expm1(self.among * np.log1p(-p)))
+        spared = (self.before - self.after) / max(self.after / freedom, 1.0)
+        one = float(stats.f.sf(spared / self.causes, self.causes, freedom))
+        best = 1.0 if one == 1.0 else float(-np.expm1(self.among * np.log1p(-one)))
+        whole = float(stats.f.sf(spared / self.directions, self.directions, freedom))
+        return min(best, max(whole, one))
 
     @property
     def far(self) -> bool:
