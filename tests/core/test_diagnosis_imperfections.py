@@ -114,6 +114,7 @@ def test_limbs_that_swing_as_the_body_is_pushed_are_fitted_where_no_log_has_them
     assert "limb_swing" not in {s.effect for s in clean.usual_of}
     at = [i for i, s in enumerate(problem.usual_of) if s.effect == "limb_swing"]
     bare = problem.without_usual({s.effect for s in problem.usual_of})
+    assert problem.usual is not None
     size, sd = sizes_of_imperfections(bare, problem.usual)
     found = 0.2 * size[at]  # in usual sizes
     assert found == pytest.approx([share, share], abs=0.03)
