@@ -91,9 +91,13 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
 
 def _of_feet(cells: list[ColumnGuess]) -> list[ColumnGuess]:
     """Cells without what is under no foot, where several under each foot are named so."""
-    sides = [c.name.side for c in cells]
-    named = min(sides.count("left"), sides.count("right")) > 1
-    return [c for c in cells if c.name.side] if named else cells
+    return [c for c in cells if c.name.side] if of_both_feet(cells) else cells
+
+
+def of_both_feet(columns: list[ColumnGuess]) -> bool:
+    """Whether several columns each are of a left and of a right foot."""
+    sides = [c.name.side for c in columns]
+    return min(sides.count("left"), sides.count("right")) > 1
 
 
 WHERE = "no log says where the cells sit"

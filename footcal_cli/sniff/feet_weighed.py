@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.sniff.cells import cells_in_time
+from footcal_cli.sniff.cells import cells_in_time, of_both_feet
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.plan import FORCES, MASS, Plan
 from footcal_cli.sniff.units import GRAVITY_MPS2
@@ -17,13 +17,6 @@ from footcal_cli.tables.units import conversion
 
 _STEADY = 0.1
 """What a plate bears that nobody steps on or off changes by less than this share."""
-_LEAST = 2
-
-
-def _of_both_feet(columns: list[ColumnGuess]) -> bool:
-    """Whether several columns each are of a left and of a right foot."""
-    sides = [c.name.side for c in columns]
-    return min(sides.count("left"), sides.count("right")) >= _LEAST
 
 
 def in_kilograms(file: FileGuess) -> FileGuess:
@@ -33,7 +26,7 @@ def in_kilograms(file: FileGuess) -> FileGuess:
     to stamps and to no reading, is what a firmware made of the readings.
     """
     loads = [c for c in file.of("load") if c.values is not None and c.unit in FORCES]
-    if file.of("reading", "force") or not file.of("time") or not _of_both_feet(loads):
+    if file.of("reading", "force") or not file.of("time") or not of_both_feet(loads):
         return file
     if any(not c.name.side for c in loads):
         return file
@@ -55,7 +48,7 @@ def on_a_plate(file: FileGuess, cells: list[ColumnGuess]) -> Plan | None:
         and (c.unit in FORCES or (c.quantity == "force" and c.unit is None))
     ]  # fmt: skip
     cells = [c for c in cells if c.name.side and c not in plates]
-    if len(plates) != 1 or not _of_both_feet(cells) or not file.of("time"):
+    if len(plates) != 1 or not of_both_feet(cells) or not file.of("time"):
         return None
     plate, unit = plates[0], plates[0].unit or "N"
     force = np.abs(numbers_of(plate))

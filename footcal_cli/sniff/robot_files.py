@@ -44,11 +44,11 @@ def with_bodies(
 ) -> tuple[list[Part], list[FileGuess]]:
     """A body's stream that fits no experiment alone, next to the one log that lacks it."""
     bodies = [file for file in others if file.of("com")]
-    walks = [p for p in parts if p.plan.command == "static-init" and len(p.paths) == 1]
-    if len(bodies) != 1 or len(walks) != 1:
+    alone = [p for p in parts if p.plan.command == "static-init" and len(p.paths) == 1]
+    if len(bodies) != 1 or len(alone) != 1:
         return list(parts), list(others)
-    joined = with_body(walks[0].plan, bodies[0], beside=walks[0].beside)
-    kept = [part for part in parts if part is not walks[0]]
+    joined = with_body(alone[0].plan, bodies[0], beside=alone[0].beside)
+    kept = [part for part in parts if part is not alone[0]]
     return [*kept, *joined], [file for file in others if file is not bodies[0]]
 
 

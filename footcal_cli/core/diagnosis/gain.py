@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.nested import Nested
 from footcal_cli.core.inference.evidence import Interval, effective_blocks, held_out_interval
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.linear import unit_columns
@@ -15,7 +14,7 @@ from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.inference.whitening import Noise
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 
 
 @dataclass(frozen=True)
@@ -42,13 +41,7 @@ class Gain:
     per_block: FloatArray
 
 
-def gains_of(
-    before: Problem,
-    after: Problem,
-    noise: Noise,
-    nested: Nested | None = None,
-    alike: BoolArray | None = None,
-) -> tuple[Gain, ...]:
+def gains_of(before: Problem, after: Problem, noise: Noise) -> tuple[Gain, ...]:
     """Held-out errors of the baseline and of the extended model, block by block.
 
     Parameters
@@ -57,13 +50,12 @@ def gains_of(
         The baseline, and the problem on the extended model, `without_rivals`.
     noise
         In which both are judged.
-    nested, alike
-        Selection repeated without each fold, and the blocks without which the same effects were
-        chosen, shape (B,): the others are predicted by what was chosen without them.
     """
-    old_loss, new_loss = output_losses(before, noise), output_losses(after, noise)
-    if nested is not None and alike is not None:
-        new_loss = np.where(alike[:, None], new_loss, nested.loss)
+    return gains_from(before, output_losses(before, noise), output_losses(after, noise))
+
+
+def gains_from(before: Problem, old_loss: FloatArray, new_loss: FloatArray) -> tuple[Gain, ...]:
+    """The same from losses of blocks and outputs before and after, `output_losses`."""
     gains = []
     for o, (name, unit) in enumerate(zip(before.outputs, before.units, strict=True)):
         rows = before.output == o

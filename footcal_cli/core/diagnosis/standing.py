@@ -21,6 +21,7 @@ from footcal_cli.core.diagnosis.departure import (
 from footcal_cli.core.diagnosis.gain import (
     Gain,
     bought,
+    gains_from,
     gains_of,
     output_losses,
     without_rivals,
@@ -111,17 +112,17 @@ def standing(
     extended = without_rivals(final, path.model)
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)
+    # blocks without which other effects are chosen are predicted by those
+    old, fair = output_losses(problem, final.law), output_losses(extended, final.law)
+    new = np.where(alike[:, None], fair, nested.loss)
     if hidden:
         gains = gains_of(as_known(problem), as_known(extended), final.law)
     else:
-        gains = gains_of(problem, extended, final.law, nested, alike)
+        gains = gains_from(problem, old, new)
     if problem.pieces or problem.known is not None:
         # a test of rows takes the pieces of a stance for more than they are, and a name may only
         # spare a known calibration a way that no block asks for: blocks judge too
-        fair = output_losses(extended, final.law)
-        new = np.where(alike[:, None], fair, nested.loss)
-        gained = (output_losses(problem, final.law) - new).sum(axis=1)
-        p = sign_flip_mean(gained, sign_patterns(problem.blocks, seed))
+        p = sign_flip_mean((old - new).sum(axis=1), sign_patterns(problem.blocks, seed))
     if problem.pieces or hidden:
         among = likeness_of(library, rules)
         departure = departure_of(problem, extended, final.law, count, among)

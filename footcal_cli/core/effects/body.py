@@ -90,16 +90,16 @@ def _accel_bias(log: Log, theta: Theta) -> FloatArray:
 
 
 def _gain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return _scaled(acc, log, 1.0 + _level(theta)), state
+    return _scaled(acc, log, 1.0 + _level(theta, "accel_gain")), state
 
 
 def _ungain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return _scaled(acc, log, 1.0 / (1.0 + _level(theta))), state
+    return _scaled(acc, log, 1.0 / (1.0 + _level(theta, "accel_gain"))), state
 
 
-def _level(theta: Theta) -> FloatArray:
-    """Gain ahead and to the left; what changes upwards is seen as a force."""
-    return np.array([theta["accel_gain_x"][0], theta["accel_gain_y"][0], 0.0])
+def _level(theta: Theta, kind: str) -> FloatArray:
+    """Share ahead and to the left; what changes upwards is seen as a force."""
+    return np.array([theta[f"{kind}_x"][0], theta[f"{kind}_y"][0], 0.0])
 
 
 def _scaled(acc: FloatArray, log: Log, by: FloatArray) -> FloatArray:
@@ -250,9 +250,8 @@ ANGULAR_MOMENTUM = Effect(
 
 
 def _swung(log: Log, theta: Theta) -> FloatArray:
-    yaw_rad, known = heading_rad(log), log.known
-    share = np.array([theta["limb_swing_x"][0], theta["limb_swing_y"][0], 0.0])
-    acc = _turned(_turned(known["com_acc_mps2"], -yaw_rad) * share, yaw_rad)
+    known = log.known
+    acc = _scaled(known["com_acc_mps2"], log, _level(theta, "limb_swing"))
     lever = (known["mass_kg"] * known["com_m"][:, 2])[:, None]
     return np.asarray(lever * np.stack([-acc[:, 1], acc[:, 0]], axis=1))
 

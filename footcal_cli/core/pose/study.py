@@ -104,13 +104,10 @@ def study_mounting(
     final = replace(free, structure=chosen, translation_sd_m=prior)
     fit, slow = fit_pose_slowly(data, legs, noise_sd, final)
     held_out = cross_validated(data, legs, noise_sd, fit, folds)
-    scaled = noise_sd * (1.0 if free.noise_known else fit.noise_factor)
-    mapped = leg_map(data, fit, scaled)
-    if moved:  # a leg with another gain has other offsets too, and more than those is wrong with it
-        loose = fit_pose(summarise(data), _loosened(legs), noise_sd, final)
-        scaled = noise_sd * (1.0 if free.noise_known else loose.noise_factor)
-        mapped = leg_map(data, loose, scaled)
-        moved = mapped.suspect is None
+    # a leg with another gain has other offsets too, and more than those is wrong with it
+    judged = fit_pose(summarise(data), _loosened(legs), noise_sd, final) if moved else fit
+    mapped = leg_map(data, judged, noise_sd * (1.0 if free.noise_known else judged.noise_factor))
+    moved = moved and mapped.suspect is None
     return MountingStudy(
         data, legs, fit, slow, tuple(candidates), held_out, mapped, refuted, moved, dropped
     )

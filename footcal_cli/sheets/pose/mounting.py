@@ -74,9 +74,11 @@ def outcome_of(
     calibration = Mounted(fit.rot_bt, fit.arm_b_m).feet(data, fit.mounting.offset, study.legs)
     com = robot_com_b_m(calibration, data, calibration.leg_weight_n / data.robot_weight_n)
     constant = constant_error(data, fit)
-    contradicted = (*study.refuted, *departures(fit, study.legs, data.robot_weight_n))
-    if study.moved:  # which is why they contradict hanging and the scale
-        contradicted = ()
+    # offsets that moved are why poses contradict hanging and the scale: that is said alone
+    contradicted = (
+        () if study.moved
+        else (*study.refuted, *departures(fit, study.legs, data.robot_weight_n))
+    )  # fmt: skip
     shifted = study.moved or (constant.stands_out and not contradicted)
     alike = None if "chassis_com_m" in options.model_fields_set else shared_shift(fit)
     dropped = () if study.dropped is None else (disagreeing_directions(study.dropped),)
