@@ -255,7 +255,11 @@ def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray
         return np.zeros_like(score)
     shown = visible.copy()
     shown[np.diag_indices_from(shown)] += penalty
-    factor = linalg.cho_factor(shown, overwrite_a=True, check_finite=False)
+    try:
+        factor = linalg.cho_factor(shown, overwrite_a=True, check_finite=False)
+    except linalg.LinAlgError:  # what is fitted leaves nothing but rounding of some features
+        values, vectors = np.linalg.eigh(visible)
+        return np.asarray(vectors @ ((vectors.T @ score) / (np.maximum(values, 0.0) + penalty)))
     return np.asarray(linalg.cho_solve(factor, score, check_finite=False))
 
 

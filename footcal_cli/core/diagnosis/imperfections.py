@@ -109,11 +109,12 @@ def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[Float
     ``(M + 1) s = g̃ · r``: each is known to one usual size, so that of two that look alike (a delay
     and a lag of some milliseconds) neither grows against the other. The sd is of the jackknife.
     """
-    grams, _ = whitened_grams(problem.without_candidates, columns, counted=False)
-    products = grams.inner.among(
-        np.concatenate([grams.calibration, grams.features, [grams.inner.last]])
-    )
-    base, wanted = np.split(np.arange(products.shape[1]), [grams.calibration.size])
+    # in noise beside them: what one far beyond its usual size leaves is none
+    beside = replace(problem.without_candidates, usual=columns, accepted=None)
+    grams, _ = whitened_grams(beside, columns[:, :0], counted=False)
+    base, own = np.split(grams.calibration, [grams.calibration.size - columns.shape[1]])
+    products = grams.inner.among(np.concatenate([base, own, [grams.inner.last]]))
+    base, wanted = np.split(np.arange(products.shape[1]), [base.size])
     prior = np.eye(len(wanted) - 1)
 
     def fitted(total: FloatArray) -> FloatArray:
@@ -129,16 +130,21 @@ def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[Float
 
 def _columns(ideal: Case, rows: Rows) -> tuple[FloatArray, list[Signature]]:
     """What a usual size of each imperfection adds to the residual, shape (m, k)."""
-    present = {link.effect.name for link in ideal.chain.links}
+    present = {
+        (link.effect.name, member)
+        for link in ideal.chain.links for members in link.owners.values() for member in members
+    }  # fmt: skip
     known = set.intersection(*(set(log.known) for log in ideal.logs))
     columns, signatures, seen = [np.empty((rows.row.size, 0))], [], ideal.memory()
     for item in ideal.experiment.imperfections:
         effect = item.effect
-        if effect.name in present or not known.issuperset(effect.needs):
+        if not known.issuperset(effect.needs):
             continue
         for name, usual in item.usual.items():
             size = next(p for p in effect.sizes if p.name == name)
             for where, owners in _each(ideal, effect):
+                if any((effect.name, unit) in present for _, units in owners for unit in units):
+                    continue  # one leg's gain is a cause, the other's is as usual
                 column = usual * derivative(ideal, rows, effect, size, dict(owners), {}, seen=seen)
                 if np.sqrt(np.mean(column**2)) > _NOTHING:
                     columns.append(column[:, None])

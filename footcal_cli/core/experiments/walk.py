@@ -22,9 +22,10 @@ from footcal_cli.core.effects.body import (
     LEG_MASS,
     LIMB_SWING,
 )
-from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
+from footcal_cli.core.effects.calibration import AXES, OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
 from footcal_cli.core.effects.foot import PLATE_INERTIA
+from footcal_cli.core.effects.six_axis import SCALE_MATRIX
 from footcal_cli.core.effects.transport import DELAY, LAG, SMOOTHING
 from footcal_cli.core.experiments.contract import Balance, Experiment, Imperfection
 from footcal_cli.core.log import Log
@@ -234,6 +235,9 @@ ON_SIX_AXIS = replace(
     EXPERIMENT,
     known={**{k: v for k, v in KNOWN.items() if k != "cell_pos_m"}, **SIX_AXIS_KNOWN},
     calibration=(OFFSET.name,),
-    imperfections=OF_THE_BODY,
+    imperfections=(
+        *OF_THE_BODY,
+        Imperfection(SCALE_MATRIX, {f"gain_{axis}": 0.0025 for axis in AXES}),
+    ),
 )
 """The same on feet with six-axis transducers."""
