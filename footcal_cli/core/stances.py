@@ -139,6 +139,8 @@ def weight_of(log: Log) -> float:
     return float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
 
 
+DATA_SHEET = 0.01
+"""Sd of the scale of each axis of a six-axis transducer, as a share of it."""
 _COM = ("robot.com_correction_x", "robot.com_correction_y")
 
 
@@ -159,13 +161,16 @@ def _shared_out(rows: StanceRows, common: BoolArray) -> StanceRows:
 def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
     """Average the balance of six-axis feet over each stance.
 
-    Scales are left out (one load shows none of them); floors as for cells.
+    A scale is off by what a data sheet allows, in all stances alike; floors as for cells.
     """
-    rows = six_axis_rows(log, samples_per_update=1, scales=False, walking=False)
+    rows = six_axis_rows(
+        log, samples_per_update=1, mass=True, walking=False, prior_sd={"scale": DATA_SHEET}
+    )
     force, moment, lifted = floors_of(weight_of(log))
     totals = [force] * 3 + [moment] * 2
     swing = lifted * rows.swing_sd_factor
-    return stance_means(rows, quiet, np.concatenate([totals, swing]))
+    means = stance_means(rows, quiet, np.concatenate([totals, swing]))
+    return _shared_out(means, np.array([".scale_" in name for name in rows.names]))
 
 
 def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:

@@ -32,6 +32,8 @@ class Outcome(Report):
         code 1.
     stage, reference
         Which rows of `rmse` the verdict quotes, and so the gates judge; every reference where None.
+    reference_sd
+        How well the reference of a quantity is known, in its unit; those not named: exactly.
     diagnosis
         Verdict of ``diagnosis.json``.
     usable
@@ -46,5 +48,6 @@ class Outcome(Report):
     gates_missed: tuple[str, ...] = ()
     stage: str = "after"
     reference: str | None = None
+    reference_sd: Mapping[str, float] = field(default_factory=dict)
     diagnosis: str | None = None
     usable: bool = True

@@ -88,7 +88,8 @@ def _worse(outcome: Outcome) -> Iterator[Finding]:
         if row.reference not in judged:
             continue
         gained = row.rmse - was.rmse
-        floor = max(LEAST.get(row.unit, 0.0), SHARE * largest[row.unit])
+        unsure = outcome.reference_sd.get(row.quantity, 0.0)
+        floor = max(LEAST.get(row.unit, 0.0), SHARE * largest[row.unit], unsure)
         if row.rmse > WORSE * was.rmse and gained > floor:
             yield Finding(
                 "worse_than_before", "alarm", row.quantity,

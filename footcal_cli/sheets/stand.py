@@ -16,7 +16,6 @@ from footcal_cli.core.signals import root_mean_square
 from footcal_cli.core.stances import StanceRows
 from footcal_cli.core.static_init import StanceErrors, StaticInit
 from footcal_cli.plots.stand import plot_beliefs, plot_directions
-from footcal_cli.recipe import STANDARD_GRAVITY_MPS2
 from footcal_cli.records.results import RmseRecord, RmseRow, VerdictRecord
 from footcal_cli.report import Picture, Sheet, number, with_sd
 
@@ -190,9 +189,9 @@ def verdict_of(
     errors: Sequence[StanceErrors],
     menu: Sequence[NextStep],
     weighed: Weighed,
-    shared_nm: float,
+    com_sd_m: float,
 ) -> VerdictRecord:
-    """The first sentence and what it rests on; `shared_nm`: moment of a CoM in a wrong place."""
+    """The first sentence and what it rests on; `com_sd_m`: of the CoM's place."""
     stances = errors[0].vgrf_n.size
     known = sum(status == "estimated" for status in fit.estimates.status)
     seen = fit.observability
@@ -214,7 +213,7 @@ def verdict_of(
         else f"Seen worst: {'; '.join(seen.weakest(2))}.",
     ]
     if has_cop and held:
-        details.append(_against_what(cop_mm["least squares"], shared_nm, weighed.stated_kg))
+        details.append(_against_what(cop_mm["least squares"], com_sd_m))
     if menu:
         best = menu[0]
         actions.append(
@@ -235,12 +234,12 @@ def verdict_of(
     )
 
 
-def _against_what(least_squares_mm: float, shared_nm: float, stated_kg: float) -> str:
+def _against_what(least_squares_mm: float, com_sd_m: float) -> str:
     """How well the reference of the CoP error is known, and what a fit without a prior does."""
     said = f"Least squares without a prior comes within {number(least_squares_mm, 2)} mm of it"
-    if not shared_nm:
+    if not com_sd_m:
         return f"The CoP is judged by the model's CoM. {said}."
-    unsure = number(1e3 * shared_nm / (stated_kg * STANDARD_GRAVITY_MPS2), 2)
+    unsure = number(1e3 * com_sd_m, 2)
     return (
         f"The CoP is judged by the model's CoM, which may itself lie {unsure} mm off (1 sd): a "
         f"smaller error proves nothing. {said} by copying that error into the biases."

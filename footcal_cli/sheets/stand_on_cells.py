@@ -13,6 +13,7 @@ from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.stances import StanceRows
 from footcal_cli.core.static_init import StanceErrors, StaticInit
 from footcal_cli.plots.stand import plot_curve, plot_stances
+from footcal_cli.recipe import STANDARD_GRAVITY_MPS2
 from footcal_cli.report import Picture
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets import stand as sheets
@@ -40,7 +41,8 @@ def outcome_of(
     status = fit.estimates.status
     seen = fit.observability
     shared_nm = float(np.abs(rows.shared).max(initial=0.0))
-    verdict = sheets.verdict_of(fit, errors, menu, weighed, shared_nm)
+    com_sd_m = shared_nm / (weighed.stated_kg * STANDARD_GRAVITY_MPS2)
+    verdict = sheets.verdict_of(fit, errors, menu, weighed, com_sd_m)
     drawn = (
         sheets.directions_picture(seen),
         sheets.beliefs_picture(
@@ -66,6 +68,7 @@ def outcome_of(
             _worth(rows),
         ),
         rmse=sheets.rmse_of(errors, quiet),
+        reference_sd=dict.fromkeys(("cop_x", "cop_y"), com_sd_m),
     )
 
 

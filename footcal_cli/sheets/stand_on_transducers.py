@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.stances import StanceRows
 from footcal_cli.core.static_init import SixAxisInit
@@ -25,6 +27,7 @@ def outcome_of(
     known = sum(status == "estimated" for status in estimates.status)
     stances = sum(one.stances for one in quiet)
     everything = known == len(estimates.status)
+    output, unsure = np.array(rows.output), np.hypot(rows.sd, np.linalg.norm(rows.shared, axis=1))
     return Outcome(
         title=f"Standing calibration of {robot}",
         verdict=VerdictRecord(
@@ -54,4 +57,5 @@ def outcome_of(
         ),
         footer=(f"chi² {fit.chi2:.3g} for {fit.dof} rows.",),
         rmse=sheets.offset_rmse_of(rows, estimates.values, quiet),
+        reference_sd={name: float(np.min(unsure[output == name])) for name in rows.output},
     )  # fmt: skip

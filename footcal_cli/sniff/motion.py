@@ -14,13 +14,15 @@ import numpy as np
 
 from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
 from footcal_cli.sniff.units import split_unit
 
 _STEP_M, _IN_M = 0.03, {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 """A foot that stands moves by less, as far as an estimator's drift goes."""
+_GONE_M, _WALKS_MPS, _SPEED_S = 0.2, 0.12, 0.2
+"""A CoM that only shifts the weight ends nearer to its beginning and is slower (RMS)."""
 _RATES = {"vel", "velocity", "v", "speed", "omega", "twist"}
 _IN_A_POSE = re.compile(r"[tp][xyz]")
 """Where a pose is: its ``tx`` is no torque."""
@@ -82,18 +84,41 @@ def without_motion(file: FileGuess) -> FileGuess:
 def walks(entries: Mapping[str, Entry]) -> bool:
     """Whether a body's motion is one of steps: a foot's place moves along the ground.
 
-    A stand shows no scale of a horizontal force; `static-init` asks it for none.
+    A stand shows no scale of a horizontal force; `static-init` asks it for none. Without places of
+    the feet it is the speed of the CoM that says it.
     """
     known = False
     for name, entry in entries.items():
         column = entry.column
-        if column is None or column.values is None or not name.endswith(("_foot_x_m", "_foot_y_m")):
+        if not name.endswith(("_foot_x_m", "_foot_y_m")):
             continue
         known = True
+        if column is None or column.values is None:
+            continue
         low, high = np.nanquantile(column.values, [0.01, 0.99])
         if (high - low) * _IN_M.get(entry.unit or "m", 1.0) > _STEP_M:
             return True
-    return bool(entries) and not known
+    return bool(entries) and not known and _goes(entries)
+
+
+def _goes(entries: Mapping[str, Entry]) -> bool:
+    """Whether the CoM ends elsewhere than it began, or moves fast; so where no column says it."""
+    time = entries.get("time_s")
+    stamps = seconds_of(time.column) if time is not None and time.column is not None else None
+    columns = [entries[n].column if n in entries else None for n in ("com_x_m", "com_y_m")]
+    values = [c.values for c in columns if c is not None and c.values is not None]
+    if stamps is None or len(values) < 2:
+        return True
+    place = _IN_M.get(entries["com_x_m"].unit or "m", 1.0) * np.column_stack(values)
+    good = np.isfinite(place).all(axis=1) & np.isfinite(stamps)
+    place, stamps = place[good], stamps[good]
+    few = max(len(place) // 20, 1)
+    if len(place) < 3 or np.linalg.norm(place[-few:].mean(0) - place[:few].mean(0)) > _GONE_M:
+        return True
+    reach = max(round(_SPEED_S / max(float(np.median(np.diff(stamps))), 1e-9)), 1)
+    moved = np.linalg.norm(place[reach:] - place[:-reach], axis=1)
+    within = np.maximum(stamps[reach:] - stamps[:-reach], 1e-9)
+    return bool(np.sqrt(np.mean((moved / within) ** 2)) > _WALKS_MPS)
 
 
 def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:

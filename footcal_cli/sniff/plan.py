@@ -97,6 +97,8 @@ class Plan:
         What could be otherwise.
     feet, mounting
         Feet on six-axis transducers, and the recipe's line that says how these are turned in them.
+    moving
+        The same sensors where the body's motion is known, if that makes more of them.
     """
 
     file: FileGuess
@@ -116,6 +118,7 @@ class Plan:
     warnings: tuple[str, ...] = ()
     feet: tuple[str, ...] = ()
     mounting: str = ""
+    moving: Plan | None = None
 
     @property
     def ready(self) -> bool:

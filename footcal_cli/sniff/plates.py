@@ -10,8 +10,10 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.motion import body_entries, walks
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.still_feet import on_still_feet
 from footcal_cli.sniff.units import LENGTHS, split_unit
 
 _OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
@@ -72,12 +74,16 @@ def force_and_cop(file: FileGuess) -> Plan | None:
             f"force_and_cop = true\n[robot.feet.{name}.cells]\n{cells}"
         )
     tables.append(IN_NEWTON)
+    body = on_still_feet(body_entries(file), tuple(feet), entries)
+    moves = not body.blanks and "com_x_m" in body.entries and not walks(body.entries)
     warnings: tuple[str, ...] = ()
     if any(foot.y_sign < 0 for foot in feet.values()):
         warnings = ("y is taken to point up and z to the right, as OpenSim has them",)
     return Plan(
-        file, f"vertical force and CoP, {len(feet)} of each",
-        "a force and a CoP each", "likely", "static-init", "cells", entries, (), rate_hz=rate,
+        file, f"vertical force and CoP, {len(feet)} of each"
+        + ", with the body's motion" * moves,
+        "a force and a CoP each", "likely", "static-init", "cells",
+        {**body.entries, **entries} if moves else entries, (), rate_hz=rate,
         robot=tuple(tables), blanks=(MASS, *blanks), warnings=warnings,
     )  # fmt: skip
 

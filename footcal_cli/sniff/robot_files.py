@@ -11,15 +11,25 @@ from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
-from footcal_cli.sniff.plan import Plan
+from footcal_cli.sniff.plan import Entry, Plan
 from footcal_cli.sniff.six_axis_feet import MOTION
+from footcal_cli.sniff.still_feet import on_still_feet
 
 
 def with_body(
-    plan: Plan, body: FileGuess, mounting: str = "", beside: tuple[Beside, ...] = ()
-) -> list[Part]:
-    """Sensors and the robot's own stream, which may say how the sensors are turned."""
-    entries = body_entries(body)
+    plan: Plan, body: FileGuess, at_rows: Mapping[str, Entry] | None = None, mounting: str = "",
+    beside: tuple[Beside, ...] = (),
+) -> list[Part]:  # fmt: skip
+    """Sensors and the robot's own stream, which may say how the sensors are turned.
+
+    Parameters
+    ----------
+    at_rows
+        The stream at the rows of the sensors.
+    """
+    plan = plan.moving or plan
+    still = on_still_feet(body_entries(body), plan.feet, plan.entries, at_rows or {})
+    entries = still.entries
     if plan.role == "cells" and {"rl_foot_x_m", "rr_foot_x_m"} <= set(entries):
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]
         plan = cells_in_time(plan.file, [c for c in named if c is not None], legs=True)
@@ -28,7 +38,7 @@ def with_body(
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
         command, "body", entries, robot=upright(body, entries),
     )  # fmt: skip
-    blanks = tuple(blank for blank in plan.blanks if blank != MOTION)
+    blanks = (*(blank for blank in plan.blanks if blank != MOTION), *still.blanks)
     kind = f"{plan.kind}; with a body stream"
     sensors = replace(
         plan, command=command, kind=kind, blanks=blanks, mounting=mounting or plan.mounting

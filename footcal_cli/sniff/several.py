@@ -76,7 +76,8 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             file = with_sides(file, _foot_speeds(file, beside))
             plan = plan_of(file)
             if plan is not None:
-                return with_body(plan, beside, mounted(wrenches(file), _at_rows(file, beside)))
+                body = _at_rows(file, beside)
+                return with_body(plan, beside, body, mounted(wrenches(file), body))
     for file, beside in ((one, other), (other, one)):
         if _hang(file, beside):
             made = _with_attitude([file], numbered(beside)) or _of_holds(file, beside)

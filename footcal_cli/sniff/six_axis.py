@@ -71,8 +71,9 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
     sides = {name.partition("_")[0]: group for name, group in six.items()}
     if sides.keys() >= {"left", "right"} and len(six) == 2 and not orientation and not hang:
         return ankles(file, sides, entries, tuple(blanks))
-    if pose is None and not orientation and _stand(six):
-        if _at_feet(six) or file.of("com"):
+    moves = len(six) > 1 and bool(file.of("com"))
+    if pose is None and not orientation and (moves or _stand(six)):
+        if moves or _at_feet(six):
             return ankles(file, six, entries, tuple(blanks))
         return plates_of(file, six, rate, tuple(blanks))
     sign = -1.0 if pose is not None and pose.reacts else 1.0

@@ -17,6 +17,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import quiet_start_s
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, Plan, times
+from footcal_cli.sniff.still_feet import on_still_feet
 
 
 def in_series(file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[str, Entry]) -> Plan:
@@ -49,14 +50,12 @@ def in_series(file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[s
 
 
 def plates_of(
-    file: FileGuess, six: Mapping[str, dict[str, ColumnGuess]], rate: float | None,
+    file: FileGuess, six: dict[str, dict[str, ColumnGuess]], rate: float | None,
     blanks: tuple[Blank, ...],
 ) -> Plan:  # fmt: skip
     """Six-axis plates that carry one weight: their vertical forces, which need no body stream."""
     entries, _, _ = times(file, needed=True)
-    said, tables = said_above(file), []
-    # what stands on a plate points down, what the plate bears it with up
-    down = sum(float(np.nanmean(numbers_of(group["fz"]))) for group in six.values()) < 0
+    said, tables, down = said_above(file), [], _point_down(six)
     for name, group in six.items():
         entries[f"{name}_plate_counts"] = axes_of(group, said, -1.0 if down else 1.0)["fz_n"]
         tables.append(f"[robot.feet.{toml_key(name)}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
@@ -67,8 +66,17 @@ def plates_of(
         blanks=(MASS, *blanks),
         warnings=("the vertical forces are calibrated; horizontal forces and moments need the "
                   "motion of the body, [data] body",
-                  *(("the vertical forces are negative: read with reversed sign",) * down)),
+                  *((_REVERSED,) * down)),
+        moving=ankles(file, six, dict(entries), ()),
     )  # fmt: skip
+
+
+_REVERSED = "the vertical forces are negative: read with reversed sign"
+
+
+def _point_down(six: Mapping[str, Mapping[str, ColumnGuess]]) -> bool:
+    """Whether forces are what stands on the plates, not what these bear it with."""
+    return sum(float(np.nanmean(numbers_of(group["fz"]))) for group in six.values()) < 0
 
 
 MOTION = Blank(
@@ -84,11 +92,13 @@ def ankles(
 ) -> Plan:  # fmt: skip
     """Transducers at feet, with the motion of the body where the log has it."""
     entries = {name: entry for name, entry in entries.items() if name == "time_s"}
-    said = said_above(file)
+    said, logged = said_above(file), body_entries(file)
+    mounting = mounted(six, logged) if len(six) > 1 else ""
+    down = not mounting and _point_down(six)
     for name, group in six.items():
-        entries |= axes_of(group, said, prefix=f"{name}_")
-    body = body_entries(file)
-    mounting = mounted(six, body) if len(six) > 1 else ""
+        entries |= axes_of(group, said, -1.0 if down else 1.0, prefix=f"{name}_")
+    still = on_still_feet(logged, tuple(six), entries)
+    body = still.entries
     entries |= {name: entry for name, entry in body.items() if name != "time_s"}
     command = "online-replay" if file.of("com") and walks(body) else "static-init"
     moves = ", with the body's motion" if file.of("com") else ""
@@ -96,5 +106,6 @@ def ankles(
         file, f"six-axis transducers at {'two' if len(six) == 2 else len(six)} feet{moves}",
         "six axes of each, that carry a weight together", "likely", command, "cells", entries, (),
         robot=upright(file, body), feet=tuple(six), mounting=mounting,
-        blanks=(MASS, *(() if file.of("com") else (MOTION,)), *blanks),
+        blanks=(MASS, *(() if file.of("com") else (MOTION,)), *still.blanks, *blanks),
+        warnings=(_REVERSED,) * down,
     )  # fmt: skip

@@ -14,9 +14,13 @@ from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.body import LIMB_SWING
-from footcal_cli.core.inference.case import rows_of
+from footcal_cli.core.effects.calibration import AXES, OFFSET
+from footcal_cli.core.effects.six_axis import SCALE_MATRIX
+from footcal_cli.core.experiments import stand
+from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import Parameter, ParameterSet
 from tests.core.test_diagnosis_bridge import Hidden, walk_case
 
 BLOCKS, ROWS, RATE_HZ = 12, 200, 50.0
@@ -132,3 +136,54 @@ def test_what_limbs_add_is_taken_back() -> None:
     np.testing.assert_allclose(
         back.known["angmom_rate_nm"], log.known["angmom_rate_nm"], atol=1e-12
     )
+
+
+def plates_case(gain: float) -> Case:
+    """A stand of two transducers whose fz share the weight; the second reads too much by `gain`."""
+    rng, n, legs = np.random.default_rng(8), 1200, ("a", "b")
+    share = np.repeat(np.where(np.arange(12) % 4 == 3, 0.0, rng.uniform(0.3, 0.7, 12)), n // 12)
+    load = 400.0 * np.column_stack([share, 1.0 - share])
+    wrench = np.zeros((n, 2, 6))
+    wrench[:, :, 2] = load * [1.0, 1.0 + gain]
+    wrench += rng.normal(0.0, 1.0, wrench.shape) * ([0.2] * 3 + [0.01] * 3)
+    places = np.broadcast_to([[0.0, 0.1, 0.0], [0.0, -0.1, 0.0]], (n, 2, 3))
+    com = np.einsum("nf,nfk->nk", load / 400.0, places) + np.array([0.0, 0.0, 0.4])
+    turned = np.broadcast_to(np.eye(3), (n, 2, 3, 3))
+    known = {
+        "com_m": com, "com_acc_mps2": np.zeros((n, 3)), "angmom_rate_nm": np.zeros((n, 2)),
+        "mass_kg": np.full(n, 400.0 / 9.8), "gravity_mps2": np.full(n, 9.8),
+        "contact": (load > 0.0).astype(float), "feet_m": places, "foot_pos_m": places,
+        "foot_rot_wt": turned, "foot_acc_mps2": np.zeros((n, 2, 3)),
+        "foot_weight_n": np.zeros((n, 2)), "foot_com_m": np.zeros((n, 2, 3)),
+        "feet_yaw_rad": np.zeros((n, 2)),
+    }  # fmt: skip
+    channels = tuple(f"{leg}.{axis}" for leg in legs for axis in AXES)
+    block = np.repeat(np.arange(12), n // 12)
+    log = Log("stand", channels, np.arange(n) / 100.0, wrench.reshape(n, 12), known, block)
+    names = [f"{leg}.offset_{axis}" for leg in legs for axis in AXES]
+    return Case(
+        stand.ON_SIX_AXIS, (log,), Chain((Link(OFFSET, {leg: (leg,) for leg in legs}),)),
+        dict.fromkeys(names, 0.0),
+        ParameterSet(tuple(Parameter(name, "N", 0.0, scale=1.0) for name in names)),
+        tolerance_n=0.4, tolerance_nm=0.4, alike=False, pieces=True,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("gain", "usual"), [(0.004, True), (0.05, False)])
+def test_a_gain_that_a_data_sheet_allows_is_usual_and_a_larger_one_a_cause(
+    gain: float, usual: bool
+) -> None:
+    case = plates_case(gain)
+    problem = problem_from(case, rows_of(case), TABLE.values(), describe)
+    assert ("scale_matrix" in {s.effect for s in problem.usual_of}) == usual
+    assert (("scale_matrix", "gain_fz") in {s.cause[:2] for s in problem.signatures}) != usual
+
+
+def test_the_gain_of_the_other_leg_stays_usual_beside_a_cause() -> None:
+    case = plates_case(0.05)
+    chain = case.chain.with_link(Link(SCALE_MATRIX, {"b": ("b",)}))
+    values = {**case.values, **{f"b.{p.name}": p.neutral for p in SCALE_MATRIX.parameters}}
+    named = replace(case, chain=chain, values={**values, "b.gain_fz": 0.05})
+    problem = problem_from(named, rows_of(named), TABLE.values(), describe)
+    gains = {s.where for s in problem.usual_of if s.effect == "scale_matrix"}
+    assert gains == {"a"}

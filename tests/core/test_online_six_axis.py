@@ -117,7 +117,7 @@ def test_every_column_is_what_its_unknown_does_to_the_balance() -> None:
     np.testing.assert_allclose(rows.error[rows.valid], along(base.error)[base.valid], atol=1e-9)
     step = 1e-4
     both = [*rows.names, "robot.mass_correction"]  # scales and the mass are never free together
-    with_mass = six_axis_rows(log, samples_per_update=1, scales=False)
+    with_mass = six_axis_rows(log, samples_per_update=1, scales=False, mass=True)
     for name in both:
         of = rows if name in rows.names else with_mass
         i = of.names.index(name)

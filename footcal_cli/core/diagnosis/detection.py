@@ -246,10 +246,7 @@ def _ridge_path(gram: FloatArray, base: int) -> FloatArray:
 
 
 def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray:
-    """Solve ``(visible + penalty I) β = score`` by a Cholesky factor, shape (n,).
-
-    Less work than the eigenvalues that would serve every penalty at once.
-    """
+    """``(visible + penalty I) β = score``, by Cholesky: less work than eigenvalues for all."""
     if penalty <= 0.0:
         # with nothing but the blocks that the filter learns on, no feature shows at all
         return np.zeros_like(score)

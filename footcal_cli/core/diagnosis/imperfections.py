@@ -49,7 +49,8 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     limits = _limits(problem, ideal, columns, signatures)
     while kept:
         size, sd = sizes_of_imperfections(problem, columns[:, kept])
-        beyond = (np.abs(size) - 2.0 * sd) / limits[kept]
+        # twice as large is none either, though its evidence be a single block
+        beyond = np.maximum(np.abs(size) - 2.0 * sd, 0.5 * np.abs(size)) / limits[kept]
         if beyond.max() <= 1.0:
             break
         out = signatures[kept[int(np.argmax(beyond))]].effect

@@ -31,13 +31,15 @@ class Nested:
         Fold of each block, shape (B,).
     chosen
         Effects that were chosen without each fold.
-    loss
-        Squared error of each block and output in units of the noise, shape (B, outputs).
+    loss, bare
+        Squared error of each block and output in units of the noise with what was chosen and
+        without any effect, shape (B, outputs).
     """
 
     fold: IntArray
     chosen: tuple[frozenset[str], ...]
     loss: FloatArray
+    bare: FloatArray
 
     def alike(self, sets: Sequence[frozenset[str]]) -> BoolArray:
         """Blocks without which one effect of each set, and nothing else, was chosen, shape (B,)."""
@@ -94,18 +96,18 @@ def nested_losses(
     base, extra, last = np.split(np.arange(products.shape[1]), [own_size, -1])
     total = products.sum(axis=0)
     at_last = [of_one.last for of_one in grams.by_output]
-    loss = np.zeros((blocks, len(problem.outputs)))
+    loss, bare = (np.zeros((blocks, len(problem.outputs))) for _ in range(2))
     for f, pick in enumerate(picks):
         mine = np.flatnonzero(fold == f)
-        columns = np.append(base, extra[np.isin(used, pick)])
-        fitted = coefficients(total - products[mine].sum(axis=0), columns, last)[:, 0]
-        weights = np.append(-fitted, 1.0)
-        for o, of_one in enumerate(grams.by_output):
-            at = np.append(grams.calibration[columns], at_last[o])
-            own = of_one.of_blocks(fold == f).among(at)
-            loss[mine, o] = np.einsum("i,bij,j->b", weights, own, weights)
+        left = total - products[mine].sum(axis=0)
+        own = [of_one.of_blocks(fold == f) for of_one in grams.by_output]
+        for out, columns in ((loss, np.append(base, extra[np.isin(used, pick)])), (bare, base)):
+            weights = np.append(-coefficients(left, columns, last)[:, 0], 1.0)
+            for o, one in enumerate(own):
+                products_of = one.among(np.append(grams.calibration[columns], at_last[o]))
+                out[mine, o] = np.einsum("i,bij,j->b", weights, products_of, weights)
     effects = tuple(frozenset(lib.problem.signatures[i].effect for i in pick) for pick in picks)
-    return Nested(fold, effects, loss)
+    return Nested(fold, effects, loss, bare)
 
 
 def _likeness(lib: Library, rules: Rules) -> float:

@@ -109,6 +109,7 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
 
 def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     """The path with the model of its causes, diagnosed once more."""
+    model = subject.beside_usual(model, path.causes)
     current = subject.extended(model, path.causes)
     # a curve that is neither of two rivals is both of them
     either = (without_rivals(current, model), current)

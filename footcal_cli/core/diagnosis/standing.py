@@ -112,9 +112,10 @@ def standing(
     extended = without_rivals(final, path.model)
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)
-    # blocks without which other effects are chosen are predicted by those
-    old, fair = output_losses(problem, final.law), output_losses(extended, final.law)
-    new = np.where(alike[:, None], fair, nested.loss)
+    # blocks without which other effects are chosen are predicted by those, their fold left out
+    same = alike[:, None]
+    old = np.where(same, output_losses(problem, final.law), nested.bare)
+    new = np.where(same, output_losses(extended, final.law), nested.loss)
     if hidden:
         gains = gains_of(as_known(problem), as_known(extended), final.law)
     else:

@@ -115,6 +115,17 @@ class Subject:
             accepted=self._accepted(model, causes),
         )
 
+    def beside_usual(self, model: Refit, causes: Sequence[Cause]) -> Refit:
+        """The model beside imperfections that are of usual size only with its causes in it."""
+        whole, known = self.extended(model, causes), set(self.problem.usual_of)
+        if known.issuperset(whole.usual_of):
+            return model
+        accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
+        problem = replace(self.problem, usual=whole.usual, usual_of=whole.usual_of)
+        start = {n: v for n, v in model.values.items() if n not in self.case.values}
+        self.advance(1)
+        return refit(self.case, self.rows, problem, accepted, start)
+
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
         within = self.problem.calibration_turn

@@ -64,6 +64,7 @@ def six_axis_rows(
     *,
     samples_per_update: int = 2,
     scales: bool = True,
+    mass: bool = False,
     walking: bool = True,
     prior_sd: Mapping[str, float] | None = None,
 ) -> Rows:
@@ -76,9 +77,11 @@ def six_axis_rows(
     samples_per_update
         Samples averaged to one block.
     scales
-        Whether the scale of each axis is unknown; otherwise only offsets are. With free scales
-        the mass is taken as known: a common scale and the mass are the same thing, and were both
-        free, all forces would shrink together, since that shrinks their noise as well.
+        Whether the scale of each axis is unknown; otherwise only offsets are.
+    mass
+        Whether the mass is unknown. With free scales it is taken as known: a common scale and the
+        mass are the same thing, and were both free, all forces would shrink together, since that
+        shrinks their noise as well.
     walking
         Whether the body moves: only then a delay of its stream and the CoM of what hangs below
         each transducer are unknowns of their own.
@@ -102,7 +105,7 @@ def six_axis_rows(
     for foot in feet if scales else ():
         for axis in AXES:
             add(f"{foot}.scale_{axis}", "scale")
-    if not scales:
+    if mass:
         add(MASS_STATE, "mass_correction")
     add("robot.com_correction_x", "com_correction")
     add("robot.com_correction_y", "com_correction")
@@ -114,7 +117,7 @@ def six_axis_rows(
     blocks = updates_of(log, samples_per_update)
     used = log.rows(0, blocks * samples_per_update)
     balance = walk.six_axis_balance(used)
-    h = _columns(used, scales, samples_per_update)[:, :, : len(names)]
+    h = _columns(used, scales, mass, samples_per_update)[:, :, : len(names)]
     for state, column in (
         _of_the_motion(used, scales, samples_per_update).items() if walking else ()
     ):
@@ -141,7 +144,7 @@ def six_axis_rows(
     )
 
 
-def _columns(log: Log, scales: bool, size: int) -> FloatArray:
+def _columns(log: Log, scales: bool, mass: bool, size: int) -> FloatArray:
     """``∂error/∂unknown`` of every row, shape (n, k, p), in physical units; `size` of a block."""
     known = log.known
     rot, pos = known["foot_rot_wt"], known["foot_pos_m"]
@@ -149,7 +152,7 @@ def _columns(log: Log, scales: bool, size: int) -> FloatArray:
     wrench = by_neighbours(log.readings, size).reshape(n, feet, 6)
     arms = pos - known["com_m"][:, None]
     totals = len(walk.SIX_AXIS_TOTALS)
-    carriers = 6 * feet * 2 if scales else 6 * feet + 1
+    carriers = 6 * feet * (1 + scales) + mass
     h = np.zeros((n, totals + 6 * feet, carriers + 2 + 4 * feet))
     below = walk.applied_below(log, np.ones((n, feet)))
     carried = walk.applied_below(_still(log), known["foot_weight_n"])
@@ -176,7 +179,7 @@ def _columns(log: Log, scales: bool, size: int) -> FloatArray:
             h[:, totals + 6 * k + 3 : totals + 6 * k + 6, at_com + i] = -lever
     # Mass and CoM act through gravity alone: regressed on an acceleration that is itself measured
     # they would be pulled towards zero, and the offsets would take up the weight.
-    if not scales:
+    if mass:
         h[:, 2, carriers - 1] = -known["gravity_mps2"]
     weight, yaw = known["mass_kg"] * known["gravity_mps2"], heading_rad(log)
     h[:, 4, carriers], h[:, 3, carriers] = weight * np.cos(yaw), -weight * np.sin(yaw)

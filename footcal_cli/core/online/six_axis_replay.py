@@ -221,7 +221,7 @@ def _rows(
 
     Without a delay its column is empty and it keeps its prior.
     """
-    rows = six_axis_rows(log, samples_per_update=samples_per_update, scales=scales)
+    rows = six_axis_rows(log, samples_per_update=samples_per_update, scales=scales, mass=not scales)
     if not delay:
         rows.h[:, :, rows.names.index(DELAY_STATE)] = 0.0
     inside = (rows.time_s <= log.time_s[-1] - moved_s) & (rows.time_s >= log.time_s[0] - moved_s)

@@ -156,11 +156,11 @@ def known_before(
     """Precision with which scale and bias were known before these logs, shape (2c, 2c).
 
     ``F = (1 + γ) F⁰ + β``: what the calibrating command reported, and γ, β by which it may have
-    moved since. None where there is no such calibration, or it was made from these very logs.
+    moved since. None where there is no such calibration, or it was made from these very logs alone.
     """
     record = session.parameters
     names = [f"{channel}.{what}" for channel in channels for what in ("scale", "bias")]
-    if record is None or set(record.inputs.values()) & set(session.inputs.values()):
+    if record is None or set(record.inputs.values()) <= set(session.inputs.values()):
         return None
     if any(name not in record.parameters or not record.parameters[name].sd for name in names):
         return None

@@ -1,0 +1,63 @@
+"""A person on two six-axis plates with motion capture: a calibration, and a cause."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from footcal_cli.records.diagnosis import DiagnosisRecord
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import ParametersRecord
+from tests.conftest import Run
+from tests.foreign.plates import MASS_KG, PlateStand, plate_stand
+
+TORQUES = ("tx", "ty", "tz")
+
+
+def calibrated(stand: PlateStand, folder: Path, run: Run) -> tuple[object, ...]:
+    """`init`, the mass filled in, `static-init`: how the next command is to be called."""
+    log, recipe, stood = stand.written(folder / "stand.csv"), folder / "my.toml", folder / "stood"
+    assert run("init", log, "-o", recipe).exit_code == 0
+    text = recipe.read_text(encoding="utf-8")
+    recipe.write_text(text.replace("# mass_kg =", f"mass_kg = {MASS_KG}  #"), encoding="utf-8")
+    run("static-init", "--recipe", recipe, "--out", stood)
+    made = stood / "parameters.json"  # a plate far off leaves none
+    return ("--recipe", recipe, *(("--parameters", made) if made.exists() else ()))
+
+
+def diagnosed(stand: PlateStand, folder: Path, run: Run) -> DiagnosisRecord:
+    given = calibrated(stand, folder, run)
+    asked = ("--experiment", "stand", "--no-pictures", "--out", folder / "why")
+    assert run("diagnose", *given, *asked).exit_code == 0
+    return read_record(DiagnosisRecord, folder / "why" / "diagnosis.json")
+
+
+def test_offsets_and_nothing_to_name(tmp_path: Path, run: Run) -> None:
+    stand = plate_stand(11)
+    found = diagnosed(stand, tmp_path, run)
+    assert (found.verdict, found.causes) == ("none", ())
+    record = read_record(ParametersRecord, tmp_path / "stood" / "parameters.json").parameters
+    off = np.array([
+        [record[f"fp_{k + 1}.offset_{axis}"].value - stand.offset[k, 3 + i]
+         for i, axis in enumerate(TORQUES)] for k in range(2)
+    ])  # fmt: skip
+    sd = [[record[f"fp_{k + 1}.offset_{axis}"].sd for axis in TORQUES] for k in range(2)]
+    assert np.all(np.abs(off) < 3.0 * np.array(sd, dtype=float))
+    assert np.max(np.array(sd, dtype=float)) < 0.2
+
+
+def test_a_gain_beyond_the_data_sheet_is_named(tmp_path: Path, run: Run) -> None:
+    found = diagnosed(plate_stand(19, gain=np.array([1, 1, 0.95, 1, 1, 1])), tmp_path, run)
+    named = {cause.effect for cause in found.causes}.union(*found.rivals)
+    assert "scale_matrix" in named
+    assert {c.where for c in found.causes if c.effect == "scale_matrix"} == {"fp_1"}
+
+
+def test_a_curve_is_named(tmp_path: Path, run: Run) -> None:
+    stand = plate_stand(18)
+    wrench = stand.wrench.copy()
+    wrench[:, 0, 2] += 0.03 * wrench[:, 0, 2] ** 2 / 700.0
+    bent = PlateStand(stand.time_s, stand.com_m, wrench, stand.cop_m, stand.offset)
+    found = diagnosed(bent, tmp_path, run)
+    assert [(c.effect, c.where) for c in found.causes] == [("nonlinearity", "fp_1.fz")]
