@@ -391,7 +391,7 @@ def _merge_six_axis(
         stream,
         body,
         placed,
-        np.array([foot.weight_below_n for foot in feet.values()]),
+        np.array([(foot.weight_below_n, foot.weight_below_sd_n) for foot in feet.values()]),
         np.array([foot.com_below_m for foot in feet.values()]),
         float(robot.mass_kg or 0.0),
         robot.gravity_mps2,

@@ -98,13 +98,15 @@ class Foot(Frozen):
     ``left_cop_x_m``, ``left_cop_y_m``), as plates and insoles report them, and its three cells
     stand in for the plate, in the frame of the CoP.
     `transducer_rotation_rpy_rad` turns the transducer's axes into those of the logged foot frame;
-    `weight_below_n` hangs below the transducer at `com_below_m` in its axes.
+    `weight_below_n` hangs below the transducer at `com_below_m` in its axes, and may be
+    `weight_below_sd_n` off (0 for a plate on the floor).
     """
 
     cells: dict[str, Cell] = Field(default_factory=dict)
     transducer_position_m: tuple[float, float, float] | None = None
     transducer_rotation_rpy_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
     weight_below_n: float = Field(default=0.0, ge=0)
+    weight_below_sd_n: float = Field(default=3.0, ge=0)
     com_below_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outline_m: tuple[tuple[float, float], ...] = ()
     force_and_cop: bool = False

@@ -5,6 +5,7 @@ Room: sniff; asked by six_axis.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -71,6 +72,8 @@ def plates_of(
     )  # fmt: skip
 
 
+_PLATE = re.compile(r"(?i)plat|\bfp|belt|^f?p?_?\d+$")
+_NOTHING_BELOW = "weight_below_sd_n = 0.0    # likely: a plate, below which nothing hangs"
 _REVERSED = "the vertical forces are negative: read with reversed sign"
 
 
@@ -100,6 +103,8 @@ def ankles(
     still = on_still_feet(logged, tuple(six), entries)
     body = still.entries
     entries |= {name: entry for name, entry in body.items() if name != "time_s"}
+    if all(_PLATE.search(name) for name in six):
+        mounting = "\n".join([*([mounting] if mounting else []), _NOTHING_BELOW])
     command = "online-replay" if file.of("com") and walks(body) else "static-init"
     moves = ", with the body's motion" if file.of("com") else ""
     return Plan(

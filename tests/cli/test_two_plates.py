@@ -12,7 +12,7 @@ from footcal_cli.records.results import ParametersRecord
 from tests.conftest import Run
 from tests.foreign.plates import MASS_KG, PlateStand, plate_stand
 
-TORQUES = ("tx", "ty", "tz")
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 def calibrated(stand: PlateStand, folder: Path, run: Run) -> tuple[object, ...]:
@@ -38,13 +38,13 @@ def test_offsets_and_nothing_to_name(tmp_path: Path, run: Run) -> None:
     found = diagnosed(stand, tmp_path, run)
     assert (found.verdict, found.causes) == ("none", ())
     record = read_record(ParametersRecord, tmp_path / "stood" / "parameters.json").parameters
-    off = np.array([
-        [record[f"fp_{k + 1}.offset_{axis}"].value - stand.offset[k, 3 + i]
-         for i, axis in enumerate(TORQUES)] for k in range(2)
-    ])  # fmt: skip
-    sd = [[record[f"fp_{k + 1}.offset_{axis}"].sd for axis in TORQUES] for k in range(2)]
-    assert np.all(np.abs(off) < 3.0 * np.array(sd, dtype=float))
-    assert np.max(np.array(sd, dtype=float)) < 0.2
+    names = [[f"fp_{k}.offset_{axis}" for axis in AXES] for k in (1, 2)]
+    off, sd = (
+        np.array([[getattr(record[name], what) for name in of_plate] for of_plate in names])
+        for what in ("value", "sd")
+    )
+    assert np.all(np.abs(off - stand.offset) < 3.0 * sd)
+    assert np.all(sd < [2.0, 2.0, 2.0, 0.2, 0.2, 0.2])
 
 
 def test_a_gain_beyond_the_data_sheet_is_named(tmp_path: Path, run: Run) -> None:

@@ -36,7 +36,7 @@ def merged(seed: int) -> Merged:
     foot = robot.recipe()["feet"]["left"]
     return merge_six_axis(
         sensors, stream, ((np.array(foot["transducer_position_m"]), np.eye(3)),) * 2,
-        np.array([foot["weight_below_n"]] * 2), np.array([foot["com_below_m"]] * 2),
+        np.array([[foot["weight_below_n"], 3.0]] * 2), np.array([foot["com_below_m"]] * 2),
         robot.mass_kg, 9.80665, rule=MergeRule(delay_s=recorded.truth["stated_delay_s"]),
     )  # fmt: skip
 

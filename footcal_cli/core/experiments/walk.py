@@ -51,7 +51,9 @@ SIX_AXIS_KNOWN: Mapping[str, str] = {
     "foot_com_m": "its CoM in the transducer's frame, m, (n, feet, 3)",
     "foot_acc_mps2": "acceleration of what hangs below, gravity not included, m/s², (n, feet, 3)",
 }
-"""What six-axis feet need beside `KNOWN`, in place of the cells' positions."""
+"""What six-axis feet need beside `KNOWN`, in place of the cells' positions.
+
+`foot_weight_sd_n`, (n, feet), where it is known: how far the weight may be off."""
 
 
 def balance(log: Log) -> Balance:

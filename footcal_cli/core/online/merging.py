@@ -112,7 +112,7 @@ def merge_six_axis(
     sensor_in_foot
         Position (3,) and rotation (3, 3) of each transducer in its foot's frame.
     weight_below_n
-        Weight below each transducer, shape (feet,).
+        Weight below each transducer and its sd, shape (feet, 2).
     com_below_m
         Its CoM in the transducer's frame, shape (feet, 3).
     """
@@ -135,7 +135,7 @@ def merge_six_axis(
 
     def vertical_of(wrench: FloatArray) -> FloatArray:
         force = wrench.reshape(n, feet, 6)[..., :3]
-        return np.asarray(np.einsum("nkj,nkj->nk", rot[:, :, 2, :], force) + weight_below_n)
+        return np.asarray(np.einsum("nkj,nkj->nk", rot[:, :, 2, :], force) + weight_below_n[:, 0])
 
     broken = np.zeros(n, dtype=bool)
     if not rule.causal:
@@ -154,7 +154,8 @@ def merge_six_axis(
         "contact": contact,
         "foot_rot_wt": rot,
         "foot_pos_m": pos,
-        "foot_weight_n": np.tile(weight_below_n, (n, 1)),
+        "foot_weight_n": np.tile(weight_below_n[:, 0], (n, 1)),
+        "foot_weight_sd_n": np.tile(weight_below_n[:, 1], (n, 1)),
         "foot_com_m": np.tile(com_below_m, (n, 1, 1)),
     }
     return both.merged(experiment, filtered, sound, known, reasons)

@@ -46,6 +46,8 @@ a share of itself."""
 _MASS_SHARE = 0.1
 """Prior sd of the mass as a share of it, where scales are not free. Models of humanoids leave out
 cables, covers and batteries."""
+_SURE_N = 1e-3
+"""Sd of the weight below a plate: none is there."""
 KNOWN_MASS = 0.002
 """Sd of a mass that is taken as known, as a share of it: all scales together are as unsure."""
 KNOWN_SWING = 0.05
@@ -109,8 +111,10 @@ def six_axis_rows(
         add(MASS_STATE, "mass_correction")
     add("robot.com_correction_x", "com_correction")
     add("robot.com_correction_y", "com_correction")
-    for foot in feet:
+    weight_sd = log.known.get("foot_weight_sd_n", np.full((1, len(feet)), sd["weight"]))[0]
+    for foot, own in zip(feet, weight_sd.tolist(), strict=True):
         add(f"{foot}.weight", "weight")
+        scale[-1] = max(own, _SURE_N)
     for foot in feet if walking else ():
         for axis in "xyz":
             add(f"{foot}.com_below_{axis}", "com_below")
