@@ -21,6 +21,7 @@ from footcal_cli.sniff.plan import (
     reading_entry,
     times,
 )
+from footcal_cli.sniff.still_feet import on_still_feet
 
 NAMEPLATE = Blank(
     ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
@@ -70,7 +71,8 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
         positions = []
     doubt = [] if any(said_to_be_cells(c) for c in cells) else [UNNAMED]
     doubt += [] if any(c.name.side or c.name.place for c in cells) or points else [_OR_WEIGHTS]
-    body = body_entries(file) if file.of("com") else {}
+    still = on_still_feet(body_entries(file) if file.of("com") else {}, tuple(feet), entries)
+    body = still.entries
     plates = [] if forces else [NAMEPLATE]
     tables = (*tables, IN_NEWTON) if forces else tables
     return Plan(
@@ -79,9 +81,10 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
         + (", with the body's motion" if body else ""),
         f"a wide table of {len(cells)} readings" + (" and time" if time else ""),
         "guess" if UNNAMED in doubt else "likely",
-        "online-replay" if walks(body) else "static-init", "cells", body | entries, tuple(named),
+        "online-replay" if walks(body) else "static-init", "cells", {**body, **entries},
+        tuple(named),
         rate_hz=rate, robot=(*upright(file, body), *tables),
-        blanks=(*doubt, MASS, *positions, *plates, *blanks),
+        blanks=(*doubt, MASS, *positions, *plates, *still.blanks, *blanks),
         warnings=(
             *("the forces are negative when a cell is pressed: read with reversed sign",) * down,
             *(f"{c.column}: never changes, a dead cell" for c in cells if not _moves(c)),

@@ -28,7 +28,8 @@ def with_body(
         The stream at the rows of the sensors.
     """
     plan = plan.moving or plan
-    still = on_still_feet(body_entries(body), plan.feet, plan.entries, at_rows or {})
+    feet = plan.feet or tuple(dict.fromkeys(c.partition("_")[0] for c in plan.channels))
+    still = on_still_feet(body_entries(body), feet, plan.entries, at_rows or {})
     entries = still.entries
     if plan.role == "cells" and {"rl_foot_x_m", "rr_foot_x_m"} <= set(entries):
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]

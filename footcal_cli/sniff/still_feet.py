@@ -77,9 +77,9 @@ def on_still_feet(
     if logged and (places is None or np.abs(places).max() >= _SAME_M):
         return StillFeet(body)
     if places is None:
-        lines = tuple(f"# {name} = {{ value =  }}" for name in named)
+        asked = (f"# {foot}_foot_{axis}_m = {{ value =  }}" for foot in feet for axis in "xyz")
         why = "no log says where the feet stand: m, in the frame of the CoM"
-        return StillFeet(body, (Blank((*lines, "# in [columns], and 0 for their z"), why),))
+        return StillFeet(body, (Blank(("# in [columns]:", *asked), why),))
     why = "where the CoM lies above what the feet carry"
     if np.abs(places).max() < _SAME_M:
         places, why = np.zeros_like(places), "what it reports is in the frame of the CoM"
