@@ -10,13 +10,21 @@ from footcal_cli.core.centroidal import MIN_FORCE_N
 from footcal_cli.core.contact import Reason, Validity, judge
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-from footcal_cli.core.signals import stretches
+from footcal_cli.core.signals import low_pass_stretches, stretches
 from footcal_cli.errors import FitError
 
 _SHIFT = 0.03
 """Share of the weight that moves to or from a cell when the stance changes."""
 _STANCE_M, _MOMENT_S = 0.005, 0.2
 """A CoM or a foot that moves this far within this time makes another stance."""
+
+
+_SWAY_HZ = 2.0
+"""A body that stands moves more slowly."""
+
+
+class _NoisyAccelerationError(FitError):
+    """The CoM stays in its place, and its acceleration is never below the threshold."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +78,8 @@ def select_quiet(
 ) -> QuietSet:
     """Choose the samples of quiet standing and cut them into stances.
 
-    A stance ends where the robot moves for longer than `warm_s`.
+    A stance ends where the robot moves for longer than `warm_s`. Where no acceleration is below its
+    threshold for its noise, it is asked of what the CoM does below `_SWAY_HZ`.
 
     Parameters
     ----------
@@ -87,6 +96,22 @@ def select_quiet(
         Too few samples; says how many more are needed.
     """
     rule = rule or QuietRule()
+    try:
+        return _selected(log, forces_n, gyro_radps, rule)
+    except _NoisyAccelerationError:
+        acc = log.known["com_acc_mps2"]
+        rate_hz = 1.0 / float(np.median(np.diff(log.time_s)))
+        if rate_hz <= 2.5 * _SWAY_HZ:
+            raise
+        known = np.asarray(np.isfinite(acc).all(axis=1))
+        slow = low_pass_stretches(acc, known, rate_hz, _SWAY_HZ)
+        return _selected(log.with_known(com_acc_mps2=slow), forces_n, gyro_radps, rule)
+
+
+def _selected(
+    log: Log, forces_n: FloatArray, gyro_radps: FloatArray | None, rule: QuietRule
+) -> QuietSet:
+    """As `select_quiet`, by the acceleration as it is."""
     n = len(log)
     moving = np.linalg.norm(log.known["com_acc_mps2"], axis=1) > rule.acceleration_mps2
     if gyro_radps is not None:
@@ -128,7 +153,7 @@ def select_quiet(
         missing = rule.least_samples + warm - longest
         if missing <= 0:
             usual = float(np.nanmedian(np.linalg.norm(log.known["com_acc_mps2"], axis=1)))
-            raise FitError(
+            raise _NoisyAccelerationError(
                 f"no quiet standing: the CoM accelerates by {usual:.2g} m/s² (median) where it "
                 f"stays in its place, and {rule.acceleration_mps2:.2g} m/s² is still: its noise",
                 remedy="set largest_acceleration_mps2 in [static_init] above that noise, or log "
