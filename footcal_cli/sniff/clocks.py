@@ -12,7 +12,6 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.tables.canonical import unwrapped
-from footcal_cli.tables.units import TIMES
 
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
 _SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)
@@ -254,8 +253,7 @@ def usual_step(steps: FloatArray) -> float:
 def rate_of(columns: list[ColumnGuess]) -> float | None:
     """Rows per second by the stamps, None without any."""
     for column in columns:
-        if column.quantity == "time" and column.values is not None:
-            steps = np.diff(column.values)
-            step = usual_step(steps) * TIMES.get(column.unit or "s", 1.0) * column.name.factor
+        if column.quantity == "time" and (at := seconds_of(column)) is not None:
+            step = usual_step(np.diff(at)) * column.name.factor
             return 1.0 / step if step else None
     return None

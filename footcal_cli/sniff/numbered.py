@@ -229,6 +229,8 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
     *before, last = [w for w in words if w not in _SAID_OF_VECTORS] or words
     for called, quantity, letter in _VECTORS:
         if last in called and (len(last) > 1 or _VECTOR_LETTER.fullmatch(stem)):
+            if quantity == "acceleration" and "com" in before:
+                quantity = "com_acc"
             owner = "_".join(w for w in before if w not in NOISE)
             return {
                 c.column: replace(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os.path
 from collections.abc import Iterator, Mapping, Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 
 from footcal_cli.sniff.file_names import Part, called
@@ -80,7 +81,10 @@ def _asked(blank: Blank) -> str:
 
 def next_step(parts: Sequence[Part], command_line: str) -> str:
     """The exact command, after what is to be filled in; weights first, whose scales others need."""
-    plan = min((part.plan for part in parts), key=lambda plan: plan.command != "offline-fit")
+    plan = min(
+        (part.plan for part in parts),
+        key=lambda plan: (plan.command != "offline-fit", plan.command == "pose-calib"),
+    )
     command = f"footcal {plan.command} {command_line}"
     wanted = _wanted(parts, plan.command)
     said = f"fill in what is marked TO FILL IN ({wanted}), then " if wanted else ""
@@ -193,13 +197,15 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         lines += [f"[files.wide.{_key(entry)}]", *_entries(columns)]
     for beside in part.beside:
         other = beside.file
-        more = [*_layout_lines(other)]
-        times = other.of("time")
-        if more or times:
-            name = called([other.path, *part.paths])[0]
-            lines += ["", "[[files]]", f"match = {_quoted(name)}", *more]
+        times, own_lines = other.of("time"), [*_layout_lines(other)]
+        name = called([other.path, *part.paths])[0]
+        if not (own_lines or times or fnmatch(name, part.match)):
+            continue
+        joined = ["[[files]]", f"match = {_quoted(name)}", *own_lines]
         if times:
-            lines += ["[files.columns]", *_entries({"time_s": of(times[0])})]
+            joined += ["[files.columns]", *_entries({"time_s": of(times[0])})]
+        # the first entry that matches a file is its own
+        lines = [*joined, "", *lines] if fnmatch(name, part.match) else [*lines, "", *joined]
     return lines
 
 

@@ -52,6 +52,8 @@ for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
 
+COUNTED = ("ch", "chan", "channel", "kanal", "canal")
+"""A small whole number that is called so says of which channel a row is."""
 EAST_ASIAN = {
     "左脚": "left foot", "右脚": "right foot", "左足": "left foot", "右足": "right foot",
     **{a + b: f"{x}{y}" for a, x in (("前", "f"), ("后", "r"), ("後", "r"))
@@ -61,3 +63,46 @@ EAST_ASIAN = {
     "质心": "com", "質心": "com", "重心": "com", "加速度": "acc", "位置": "position",
 }  # fmt: skip
 """Feet, places on them and the centre of mass, as Chinese and Japanese names write them."""
+
+PLACES = {
+    "fl": "fl", "fr": "fr", "rl": "rl", "rr": "rr", "bl": "rl", "br": "rr", "hl": "hl", "hr": "hr",
+    "ml": "ml", "mr": "mr", "lf": "fl", "rf": "fr", "lh": "hl", "rh": "hr", "lb": "rl", "rb": "rr",
+    "lm": "ml", "rm": "mr", "lr": "rl",
+}  # fmt: skip
+ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
+         "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f", "mitte": "m", "avant": "f",
+         "arrière": "r", "arriere": "r", "milieu": "m", "av": "f", "ar": "r", "anteriore": "f",
+         "posteriore": "r", "delantera": "f", "delantero": "f", "trasera": "r", "trasero": "r",
+         "dianteiro": "f", "traseiro": "r", "voor": "f", "achter": "r", "fram": "f", "bak": "r",
+         "передняя": "f", "задняя": "r"}  # fmt: skip
+BEHIND_AN_END = {"g": "left", "d": "right"}
+"""Sides by one letter behind an end of a foot, in French: AvG, ArD."""
+ITALIAN = {"sx": "left", "dx": "right"}
+OF_A_LEG = {"piede", "piedi", "foot", "gamba", "zampa", "suola", "cella", "anteriore",
+             "posteriore"}  # fmt: skip
+"""Words with which dx is a side, and no change of x."""
+SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
+          "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
+          "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",
+          "re": "right", "lt": "left", "rt": "right", "ftl": "left",
+          "ftr": "right", "footl": "left", "footr": "right",
+          "lleg": "left", "rleg": "right", "ll": "left",
+          **dict.fromkeys(("linke", "linker", "linkes", "izquierda", "izquierdo", "sinistra",
+                           "sinistro", "esquerda", "esquerdo", "vänster", "venstre", "левая",
+                           "левый"), "left"),
+          **dict.fromkeys(("rechte", "rechter", "rechtes", "derecha", "derecho", "destra",
+                           "destro", "direita", "direito", "höger", "højre", "правая",
+                           "правый"), "right")}  # fmt: skip
+ANGLES = {
+    word: axis
+    for axis, spellings in {
+        "roll": "roll bank rollwinkel wankwinkel rollen wanken roulis alabeo rollio "
+        "крен 横滚角 横滚 ロール角 ロール",
+        "pitch": "pitch elevation nickwinkel nicken tangage cabeceo beccheggio "
+        "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
+        "yaw": "yaw heading gierwinkel gieren lacet guiñada imbardata "
+        "рыскание 偏航角 偏航 ヨー角 ヨー",
+    }.items()
+    for word in spellings.split()
+}
+"""How the angles about x, y and z of a body are called."""
