@@ -23,6 +23,7 @@ from footcal_cli.sniff.vocabulary import (
     ITALIAN,
     OF_A_LEG,
     PLACES,
+    SAID_OTHERWISE,
     SIDES,
     WORDS,
 )
@@ -99,7 +100,8 @@ _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
-_ACCELERATED = {"acc", "accel", "acceleration", "dd"}
+_ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
+                "aceleracion", "accélération", "accelerazione", "aceleração"}  # fmt: skip
 _TURNED = {"theta", "euler", "angle", "rpy", "rotvec"}
 _MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
@@ -178,6 +180,8 @@ def is_label(word: str) -> bool:
 
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
+    for phrase, said in SAID_OTHERWISE:
+        name = phrase.sub(f" {said} ", name)
     for word, said in EAST_ASIAN.items():
         name = name.replace(word, f" {said} ")
     words = [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]

@@ -5,6 +5,7 @@ Room: sniff; asked by names.
 
 from __future__ import annotations
 
+import re
 from typing import Literal
 
 Quantity = Literal[
@@ -54,6 +55,18 @@ for _meaning, _spellings in _SPELLINGS.items():
 
 COUNTED = ("ch", "chan", "channel", "kanal", "canal")
 """A small whole number that is called so says of which channel a row is."""
+_CENTRE_OF = r"\bcent(?:er|re|ro)[\W_]*(?:of|de la|della|des?|di|do|du)?[\W_]*"
+SAID_OTHERWISE = tuple(
+    (re.compile(phrase, re.IGNORECASE), said) for phrase, said in (
+        (rf"{_CENTRE_OF}(?:pressure|pression[e]?|presi[oó]n|press[aã]o)(?![^\W_])"
+         r"|(?<![^\W_])druck(?:mittel)?punkt", "cop"),
+        (rf"{_CENTRE_OF}(?:mass[ae]?|masas?|gravity|gravité|gravedad|gravidade|gravità)(?![^\W_])"
+         r"|(?<![^\W_])(?:(?:massen)?(?:schwer|mittel)punkt|baricentro|barycentre|cdm|cdg|"
+         r"cog(?=[\W_]?[xyz](?![^\W_])))", "com"),
+        (r"(?<![^\W_])(?:pie|pied|piede|fuß|fuss|voet)(?![^\W\d_])", "foot"),
+    )
+)  # fmt: skip
+"""Phrases and words of other languages -> the word that is looked for."""
 EAST_ASIAN = {
     "左脚": "left foot", "右脚": "right foot", "左足": "left foot", "右足": "right foot",
     **{a + b: f"{x}{y}" for a, x in (("前", "f"), ("后", "r"), ("後", "r"))

@@ -172,6 +172,9 @@ def cell_column(
 def _numbers_and_places(file: FileGuess) -> list[ColumnGuess]:
     """Columns of few small whole numbers, and of places, that nothing else uses."""
     found = [c for c in file.of("placement") if c.codes is not None and len(c.words) > 1]
+    # a name that stands once above the rows it is of, as in merged cells of a sheet
+    merged = (_as_label(c) for c in file.of("other") if c.codes is not None)
+    found += [c for c in merged if c is not None and c.held]
     for column in file.of("unknown", "placement", "sequence", "reading"):
         if (
             column.values is not None

@@ -1,7 +1,7 @@
 """Benches of people nobody met: exports with merged heads, arrows, colours, sums, presses.
 
-Written before it was run, with `thirty_first_stands` and `thirty_first_robots`; `docs/bring_your_log.md` has
-their first count.
+Written before it was run, with `thirty_first_stands` and `thirty_first_robots`;
+`docs/bring_your_log.md` has their first count.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Arms and robots of people nobody met that are hung and stand in poses, as their tools log them."""
+"""Arms and robots of people nobody met, hung and in poses, as their tools log them."""
 
 from __future__ import annotations
 
