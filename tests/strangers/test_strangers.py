@@ -40,6 +40,8 @@ from tests.strangers import (
     thirty_first,
     thirty_first_robots,
     thirty_first_stands,
+    thirty_second,
+    thirty_third,
     turned,
     twelfth_bench,
     twelfth_robots,
@@ -121,6 +123,7 @@ SAMPLE = (
 NOT_READ: dict[str, set[str]] = {
     "twenty_seventh": {"counts_with_their_sign_apart"},
     "twenty_eighth": {"si_suffixes", "telegraf_tags_in_a_cell"},
+    "thirty_third": {"notes_of_who_lay_where"},
 }
 """Logs that end with a refusal which does not lead on, by corpus; docs/bring_your_log.md."""
 
@@ -158,6 +161,7 @@ CORPORA = {
     "sixteenth": (
         *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
     ),
+    "thirty_second": thirty_second.THIRTY_SECOND, "thirty_third": thirty_third.THIRTY_THIRD,
     "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
     "sixth": (
         *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
