@@ -235,9 +235,15 @@ def one_after_another(group: Sequence[FileGuess]) -> bool:
     return len(spans) == len(group) > 1 and apart
 
 
+_HALF = 0.5
+
+
 def even(values: FloatArray) -> bool:
-    """Whether most steps of numbers (n,) are of one size."""
-    steps = np.diff(values[np.isfinite(values)])
+    """Whether most steps of numbers (n,) are of one size, and most of these numbers are there."""
+    good = np.isfinite(values)
+    steps = np.diff(values[good])
+    if np.mean(good) <= _HALF:
+        return False
     return bool(np.quantile(np.abs(steps - np.median(steps)), 0.8) <= 0.3 * np.median(steps))
 
 

@@ -93,8 +93,12 @@ def _as_label(column: ColumnGuess) -> ColumnGuess | None:
     if column.quantity in ("time", "load"):
         return None
     if column.values is not None:
-        found = numbers_as_labels(column.values, np.inf)
-        return found and replace(found, column=column.column)
+        empty = ~np.isfinite(column.values)
+        if not column.values.size or empty[0]:
+            return None
+        above = np.maximum.accumulate(np.where(empty, 0, np.arange(empty.size)))
+        found = numbers_as_labels(column.values[above], np.inf)
+        return found and replace(found, column=column.column, held=bool(empty.any()))
     if column.codes is None or len(column.words) < 2 or column.codes.size == 0:
         return None
     gaps = column.codes < 0

@@ -36,9 +36,9 @@ def end_of_the_converter(to: Path, rng: Rng) -> Made:
     for name in cells:
         for g in (0, 500, 1000, 2000, 4000):
             for _ in range(4):
-                read = [c.read(np.array(g / 1000 * G * (n == name)), rng)
+                read = [float(c.read(np.array(g / 1000 * G * (n == name)), rng))
                         for n, c in cells.items()]  # fmt: skip
-                read[1] = min(float(read[1]), 7_900_000.0) + 488_607.0 * (read[1] >= 7_900_000)
+                read[1] = read[1] if read[1] < 7_900_000 else float(_LARGEST)
                 said = ",".join(f"{min(v, _LARGEST):.0f}" for v in read)
                 lines.append(f"{name.upper()},{g},{said}")
     truth = truth_of({n.upper(): c for n, c in cells.items() if n != "fr"}, 40)
