@@ -60,7 +60,7 @@ _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
 _LEAST_SUMMARIES = 2
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
-OF_A_ROW = {*COUNTED, "sensor", "cell", "zelle"}
+OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle"}
 """Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
 _OFTEN = 0.5
 _TICKS, _TICKING = 12, 0.7

@@ -53,8 +53,9 @@ for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
 
-COUNTED = ("ch", "chan", "channel", "kanal", "canal")
-"""A small whole number that is called so says of which channel a row is."""
+COUNTED = ("ch", "chan", "kanal", "canal")
+"""A small whole number that is called so says of which channel a row is. Groups of rows below a
+title are called ``channel`` whatever they are of, so that this word alone says less."""
 _CENTRE_OF = r"\bcent(?:er|re|ro)[\W_]*(?:of|de la|della|des?|di|do|du)?[\W_]*"
 SAID_OTHERWISE = tuple(
     (re.compile(phrase, re.IGNORECASE), said) for phrase, said in (
