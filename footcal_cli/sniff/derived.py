@@ -28,7 +28,20 @@ _PRINTED = 1e-5
 
 def without_derived(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """A table's columns, those worked out of others, and positions, as no reading."""
+    columns = _whole_quaternions(columns)
     return _without_tared(_without_extremes(_without_multiples(_without_places(columns))))
+
+
+def _whole_quaternions(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Numbered components of a quaternion are four, from 0 on: Q1 … Q4 are four quadrants."""
+    counted = [c for c in columns if c.quantity == "quaternion" and c.name.axis.isdigit()]
+    if {c.name.axis for c in counted} >= set("0123"):
+        return columns
+    names = {c.column for c in counted}
+    return [
+        c.as_quantity("unknown", "guess", "no component of a whole quaternion")
+        if c.column in names else c for c in columns
+    ]  # fmt: skip
 
 
 def _without_tared(columns: list[ColumnGuess]) -> list[ColumnGuess]:

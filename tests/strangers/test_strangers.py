@@ -40,6 +40,7 @@ from tests.strangers import (
     thirty_first,
     thirty_first_robots,
     thirty_first_stands,
+    thirty_fourth,
     thirty_second,
     thirty_third,
     turned,
@@ -162,6 +163,7 @@ CORPORA = {
         *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
     ),
     "thirty_second": thirty_second.THIRTY_SECOND, "thirty_third": thirty_third.THIRTY_THIRD,
+    "thirty_fourth": thirty_fourth.THIRTY_FOURTH,
     "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
     "sixth": (
         *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
