@@ -14,6 +14,10 @@ from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
 
 _ROBOT = "# [robot]"
+_DIAGNOSED = {
+    "static-init": "stand", "online-replay": "walk", "hang-calib": "hang", "pose-calib": "pose"
+}  # fmt: skip
+"""What `diagnose` calls the experiment of a command; weights where nothing is said."""
 _UNTURNED = (
     "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
 )
@@ -72,6 +76,9 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for part in parts:
         if part.plan.options:
             lines += ["", f"[{part.plan.command.replace('-', '_')}]", *part.plan.options]
+    commands = {part.plan.command for part in parts}
+    if len(commands) == 1 and (kind := _DIAGNOSED.get(commands.pop())):
+        lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}"]
     return "\n".join(lines) + "\n"
 
 
