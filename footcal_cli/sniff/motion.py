@@ -28,6 +28,8 @@ _LENGTH = re.compile(r"(?i)\blength\W{0,3}units?\W+([a-z]+)")
 """``Length Units,Meters``, as motion capture says above its table."""
 _STEADY_DEG, _ASKEW_DEG = 35.0, 20.0
 """How far lines between feet may scatter in steps, and feet that point along x stand askew."""
+_WALKED = 2.0
+"""Widths of a stance by which feet have gone somewhere."""
 _LEVEL = 0.9
 """How much of a foot's z axis points up at least."""
 _RATES = {"vel", "velocity", "v", "speed", "omega", "twist"}
@@ -93,21 +95,28 @@ def _headings(entries: Mapping[str, Entry], up: str) -> dict[str, Entry]:
     """Which way feet point whose orientation is not logged, where that is not along x.
 
     The left foot stands on the left of the right one: with ``d`` from the right to the left one,
-    its heading is ``atan2(-d_x, d_y)``. Empty where that differs from row to row as in a turn, or
-    by less from x than feet are set askew.
+    its heading is ``atan2(-d_x, d_y)``. Empty where that differs from row to row as in a turn, by
+    less from x than feet are set askew, or where feet that walk go another way.
     """
     turned = any(re.search(r"_foot_(?:yaw_rad|qw)$", name) for name in entries)
     feet = [_place(entries, f"{side}_foot") for side in ("left", "right")]
     left, right = feet
     if turned or left is None or right is None or up == "-z" or left.shape != right.shape:
         return {}
-    apart = (left - right) @ TO_Z_UP[up].T
-    apart = apart[np.isfinite(apart).all(axis=1)]
+    good = np.isfinite(left + right).all(axis=1)
+    if not good.any():
+        return {}
+    apart, middle = ((left - right)[good] @ TO_Z_UP[up].T, (left + right)[good] @ TO_Z_UP[up].T / 2)
     heading = np.angle(np.exp(1j * np.arctan2(-apart[:, 0], apart[:, 1])).mean(), deg=True)
     ways = np.degrees(np.arctan2(-apart[:, 0], apart[:, 1])) - heading
     usual = float(np.median(np.abs((ways + 180.0) % 360.0 - 180.0)))
     if usual > _STEADY_DEG or abs(heading) < max(_ASKEW_DEG, 2.0 * usual):
         return {}
+    gone = (middle[-1] - middle[0])[:2]
+    along = abs(gone @ [np.cos(np.radians(heading)), np.sin(np.radians(heading))])
+    far = float(np.linalg.norm(gone))
+    if far > _WALKED * np.median(np.linalg.norm(apart[:, :2], axis=1)) and along < 0.7 * far:
+        return {}  # sideways, or with one foot before the other
     why = "not logged: the left foot stands on the left of the right one"
     said = Entry(value=f"{np.radians(heading):.4f}", sure="guess", why=why)
     return {f"{side}_foot_yaw_rad": said for side in ("left", "right")}

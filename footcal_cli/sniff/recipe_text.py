@@ -136,6 +136,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 on_top |= {c: f"{below} in {unit}" for c, unit in entry.column.plus.items()}
             elif entry.file_name is not None:
                 lines.append(f"  {name}: from the file's name ({entry.why})")
+            elif entry.value is not None and entry.sure == "guess":
+                lines.append(f"  {name} = {entry.value}   guess: {entry.why}")
         for column in part.plan.file.columns:
             if column.column in used:
                 name, entry = used.pop(column.column)

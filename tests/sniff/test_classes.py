@@ -82,3 +82,23 @@ def test_a_file_that_is_joined_to_itself_is_refused(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_centres_of_mass_and_of_pressure_are_kept_apart(name: str, quantity: str) -> None:
     assert name_guess(name).quantity == quantity
+
+
+@pytest.mark.parametrize("sideways", [False, True])
+def test_the_heading_of_feet_that_walk_is_the_way_they_go(tmp_path: Path, sideways: bool) -> None:
+    t = np.arange(400) / 50
+    ahead = 0.2 * t
+    left, right = np.zeros((400, 3)), np.zeros((400, 3))
+    left[:, 0], right[:, 0] = -0.1, 0.1  # the left one on the left of a robot that faces y
+    for foot in (left, right):
+        foot[:, 0 if sideways else 1] += ahead
+    com = (left + right) / 2 + [0.0, 0.0, 0.8]
+    rng = np.random.default_rng(2)
+    cells = [f"{side}_{p}" for side in ("left", "right") for p in ("fl", "fr", "rl", "rr")]
+    head = [f"{n}_{a}" for n in ("com", "left_foot", "right_foot") for a in "xyz"]
+    table = np.hstack([t[:, None], rng.integers(1000, 9000, (400, 8)), com, left, right])
+    lines = [",".join(["t", *cells, *head]), *(",".join(f"{v:.9g}" for v in row) for row in table)]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    plan = plan_of(guess_file(tmp_path / "a.csv"))
+    assert plan is not None
+    assert ("left_foot_yaw_rad" in plan.entries) is not sideways
