@@ -23,10 +23,6 @@ _SWAY_HZ = 2.0
 """A body that stands moves more slowly."""
 
 
-class _NoisyAccelerationError(FitError):
-    """The CoM stays in its place, and its acceleration is never below the threshold."""
-
-
 @dataclass(frozen=True)
 class QuietRule:
     """When standing counts as quiet ([NAO], section 3.3.1).
@@ -78,8 +74,8 @@ def select_quiet(
 ) -> QuietSet:
     """Choose the samples of quiet standing and cut them into stances.
 
-    A stance ends where the robot moves for longer than `warm_s`. Where no acceleration is below its
-    threshold for its noise, it is asked of what the CoM does below `_SWAY_HZ`.
+    A stance ends where the robot moves for longer than `warm_s`. Where its noise leaves no
+    acceleration below the threshold, it is asked below `_SWAY_HZ`.
 
     Parameters
     ----------
@@ -98,14 +94,25 @@ def select_quiet(
     rule = rule or QuietRule()
     try:
         return _selected(log, forces_n, gyro_radps, rule)
-    except _NoisyAccelerationError:
-        acc = log.known["com_acc_mps2"]
-        rate_hz = 1.0 / float(np.median(np.diff(log.time_s)))
-        if rate_hz <= 2.5 * _SWAY_HZ:
+    except FitError:
+        slow = _below_noise(log)
+        if slow is None:
             raise
-        known = np.asarray(np.isfinite(acc).all(axis=1))
-        slow = low_pass_stretches(acc, known, rate_hz, _SWAY_HZ)
-        return _selected(log.with_known(com_acc_mps2=slow), forces_n, gyro_radps, rule)
+        try:
+            return _selected(slow, forces_n, gyro_radps, rule)
+        except FitError:
+            pass
+        raise
+
+
+def _below_noise(log: Log) -> Log | None:
+    """The log with the acceleration below `_SWAY_HZ`; None where it has no rows or rate for it."""
+    acc = log.known["com_acc_mps2"]
+    known = np.asarray(np.isfinite(acc).all(axis=1))
+    rate_hz = 1.0 / float(np.median(np.diff(log.time_s))) if len(log) > 1 else 0.0
+    if rate_hz <= 2.5 * _SWAY_HZ or not known.any():
+        return None
+    return log.with_known(com_acc_mps2=low_pass_stretches(acc, known, rate_hz, _SWAY_HZ))
 
 
 def _selected(
@@ -153,7 +160,7 @@ def _selected(
         missing = rule.least_samples + warm - longest
         if missing <= 0:
             usual = float(np.nanmedian(np.linalg.norm(log.known["com_acc_mps2"], axis=1)))
-            raise _NoisyAccelerationError(
+            raise FitError(
                 f"no quiet standing: the CoM accelerates by {usual:.2g} m/s² (median) where it "
                 f"stays in its place, and {rule.acceleration_mps2:.2g} m/s² is still: its noise",
                 remedy="set largest_acceleration_mps2 in [static_init] above that noise, or log "

@@ -258,7 +258,7 @@ class Recipe(Frozen):
             A file to be joined is not there, or joins others itself.
         """
         common = {name: place.foreign() for name, place in self.columns.items()}
-        spec = next((s for s in self.files if fnmatch(called_as(path, s.match), s.match)), None)
+        spec = self._spec_of(path)
         plates = tuple(
             Plate(name, {n: (c.x_m, c.y_m) for n, c in foot.cells.items()})
             for name, foot in self.robot.feet.items() if foot.force_and_cop
@@ -273,23 +273,30 @@ class Recipe(Frozen):
                     f"no file '{join.file}' to join to {path.name}", file=self.path,
                     remedy="correct [[files]] join; the file lies in the log's folder",
                 )  # fmt: skip
+            if self._spec_of(beside) is spec:
+                raise UsageError(
+                    f"'{join.file}' is joined to itself: match = '{spec.match}'",
+                    file=self.path,
+                    remedy=f"put its own [[files]] entry, match = '{join.file}', above that one",
+                )
             other = self.reading(beside)
             if other.joins:
                 raise UsageError(
                     f"'{join.file}' is joined to {path.name} and has a join itself",
                     file=self.path, remedy="let one [[files]] entry hold all joins",
                 )  # fmt: skip
-            joins.append(
-                Join(
-                    beside, other, join.by, join.offset_s, join.how, join.tolerance_s, join.apart_s
-                )
-            )
+            how = (join.by, join.offset_s, join.how, join.tolerance_s, join.apart_s)
+            joins.append(Join(beside, other, *how))
         return Reading(
             {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
             spec.layout(), spec.rate_hz, spec.wide_into,
             {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
             tuple(joins), spec.rows_of, plates, self.robot.world_up,
         )  # fmt: skip
+
+    def _spec_of(self, path: Path) -> FileSpec | None:
+        """The first entry of ``[[files]]`` that a log matches."""
+        return next((s for s in self.files if fnmatch(called_as(path, s.match), s.match)), None)
 
     def data_paths(self, role: str) -> list[Path]:
         """Logs of one role in ``[data]``, resolved against the recipe's folder."""

@@ -27,8 +27,12 @@ _NOTHING = re.compile(
     r"(?<![A-Za-z])(?:tare|zero|empty|no[ _]?load|unloaded|leer|null)(?![A-Za-z])"
 )
 _NO_CELL = re.compile(
-    r"(?<![A-Za-z])(?:run|trial|rep|copy|kopie|lauf|up|down)(?![A-Za-z])|[^A-Za-z]+"
+    r"(?<![^\W\d_])(?:run|trial|rep|copy|kopie|lauf|up|down|upwards?|downwards?|loading|unloading|"
+    r"increasing|decreasing|auf|ab|aufwärts|abwärts|belastung|entlastung|subida|bajada|sube|baja|"
+    r"montée|montee|descente|charge|décharge|salita|discesa|carico|scarico)(?![^\W\d_])|[\W\d_]+",
+    re.IGNORECASE,
 )
+"""What the name of a file says beside a cell and a load: runs, and which way loads went."""
 _ONE_LINE = 0.999
 """How much of the readings one line explains if they are of one cell."""
 

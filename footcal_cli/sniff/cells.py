@@ -42,7 +42,11 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     # hind legs: a cell in each foot
     points = {"hl", "hr"} <= set(found) or (legs and {"rl", "rr"} <= set(found))
     on = "plate" if _PLATES & set(words_of(f"{file.path.stem} {' '.join(found)}")) else "foot"
-    named = {f"{name}_foot" if points else _on_foot(name, c, on): c for name, c in found.items()}
+    # a vertical force of each of several plates: each is one by itself
+    alone = on == "plate" and all(c.name.axis == "fz" and not c.name.side for c in cells)
+    points = points or (alone and len(cells) > 1)
+    cell = "plate" if alone else "foot"
+    named = {f"{n}_{cell}" if points else _on_foot(n, c, on): c for n, c in found.items()}
     time, rate, blanks = times(file, needed=True)
     forces = all(c.unit in FORCES for c in cells)
     down = forces and float(np.nanmedian(np.sum([numbers_of(c) for c in cells], axis=0))) < 0
@@ -63,9 +67,9 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     positions = [Blank(tuple(lines), WHERE)]
     tables: tuple[str, ...] = ()
     if points:
-        why = "likely: one cell in the foot's point"
+        why = "likely: one cell in the foot's point" if cell == "foot" else "likely: its force"
         tables = tuple(
-            f"[robot.feet.{foot}.cells]\nfoot = {{ x_m = 0.0, y_m = 0.0 }}    # {why}"
+            f"[robot.feet.{foot}.cells]\n{cell} = {{ x_m = 0.0, y_m = 0.0 }}    # {why}"
             for foot in found
         )
         positions = []

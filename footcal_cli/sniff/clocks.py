@@ -12,7 +12,6 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.tables.canonical import unwrapped
-from footcal_cli.tables.units import TIMES
 
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
 _SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)
@@ -236,9 +235,15 @@ def one_after_another(group: Sequence[FileGuess]) -> bool:
     return len(spans) == len(group) > 1 and apart
 
 
+_HALF = 0.5
+
+
 def even(values: FloatArray) -> bool:
-    """Whether most steps of numbers (n,) are of one size."""
-    steps = np.diff(values[np.isfinite(values)])
+    """Whether most steps of numbers (n,) are of one size, and most of these numbers are there."""
+    good = np.isfinite(values)
+    steps = np.diff(values[good])
+    if np.mean(good) <= _HALF:
+        return False
     return bool(np.quantile(np.abs(steps - np.median(steps)), 0.8) <= 0.3 * np.median(steps))
 
 
@@ -254,8 +259,7 @@ def usual_step(steps: FloatArray) -> float:
 def rate_of(columns: list[ColumnGuess]) -> float | None:
     """Rows per second by the stamps, None without any."""
     for column in columns:
-        if column.quantity == "time" and column.values is not None:
-            steps = np.diff(column.values)
-            step = usual_step(steps) * TIMES.get(column.unit or "s", 1.0) * column.name.factor
+        if column.quantity == "time" and (at := seconds_of(column)) is not None:
+            step = usual_step(np.diff(at)) * column.name.factor
             return 1.0 / step if step else None
     return None

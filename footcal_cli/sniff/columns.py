@@ -44,6 +44,7 @@ from footcal_cli.sniff.texts import (
 from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.topics import stamps_of, topic
 from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, known_unit, split_unit
+from footcal_cli.sniff.vocabulary import COUNTED
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
@@ -59,7 +60,7 @@ _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
 _LEAST_SUMMARIES = 2
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
-OF_A_ROW = {"channel", "ch", "kanal", "canal", "sensor", "cell", "zelle"}
+OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle"}
 """Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
 _OFTEN = 0.5
 _TICKS, _TICKING = 12, 0.7
@@ -164,7 +165,8 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     if raw.kind == "text":
         return _where_read(text_column(column, name, unit, raw))
     values = np.asarray(raw.values, dtype=np.float64)
-    turns = called.strip().lower() in OF_A_ROW and np.mean(np.diff(values) != 0) > _OFTEN
+    word = called.strip().lower()
+    turns = word in OF_A_ROW and (word in COUNTED or np.mean(np.diff(values) != 0) > _OFTEN)
     counted = name.quantity == "label" or turns
     if counted and (words := numbers_as_labels(values)):
         return replace(words, column=column, name=replace(name, quantity="label"))

@@ -28,7 +28,20 @@ _PRINTED = 1e-5
 
 def without_derived(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """A table's columns, those worked out of others, and positions, as no reading."""
+    columns = _whole_quaternions(columns)
     return _without_tared(_without_extremes(_without_multiples(_without_places(columns))))
+
+
+def _whole_quaternions(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Numbered components of a quaternion are four, from 0 on: Q1 … Q4 are four quadrants."""
+    counted = [c for c in columns if c.quantity == "quaternion" and c.name.axis.isdigit()]
+    if {c.name.axis for c in counted} >= set("0123"):
+        return columns
+    names = {c.column for c in counted}
+    return [
+        c.as_quantity("unknown", "guess", "no component of a whole quaternion")
+        if c.column in names else c for c in columns
+    ]  # fmt: skip
 
 
 def _without_tared(columns: list[ColumnGuess]) -> list[ColumnGuess]:
@@ -39,14 +52,21 @@ def _without_tared(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         if column.quantity not in ("reading", "unknown") or column.values is None:
             continue
         own = numbers_of(column)
-        apart = [own - numbers_of(c) for c in kept if numbers_of(c).shape == own.shape]
-        moves = np.unique(own[np.isfinite(own)]).size >= _MEASURED
-        rounded = _TARED * float(np.nanmax(own) - np.nanmin(own)) if moves else -1.0
-        same = any(np.isfinite(d).any() and np.nanmax(d) - np.nanmin(d) <= rounded for d in apart)
+        others = [numbers_of(c) for c in kept if numbers_of(c).shape == own.shape]
+        same = any(_less_a_constant(own, other) for other in others)
         (again if same else kept).append(column)
     why = "another column less a constant, as a tare is taken off"
     known = {id(c) for c in again}
     return [c.as_quantity("other", "likely", why) if id(c) in known else c for c in columns]
+
+
+def _less_a_constant(one: FloatArray, other: FloatArray) -> bool:
+    """Whether numbers (n,) are others but for a constant, in rows in which they change enough."""
+    good = np.isfinite(one) & np.isfinite(other)
+    if np.unique(one[good]).size < _MEASURED:
+        return False
+    rounded = _TARED * float(np.nanmax(one) - np.nanmin(one))
+    return float(np.ptp(one[good] - other[good])) <= rounded
 
 
 def _without_extremes(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -21,6 +21,8 @@ from footcal_cli.tables.drawn import is_rule
 _LONGEST = 2**27
 """Bytes of a text that is looked through for a second table."""
 _TITLES = 20
+_HEAD, _MOST_NAMED, _A_TABLE = 8, 12, 20
+"""Lines below a table that may name another one, its columns, and its rows at least."""
 _NOTES = ("*", "†", "‡", "¹")
 """Signs that a footnote begins with."""
 _LEAST_SUMMED = 3
@@ -45,7 +47,23 @@ def ends(until: str, lines: list[str], body: Body) -> str:
         if x.lstrip(" \t").startswith(until) and i >= body.begins_at(lines)
     )  # fmt: skip
     lost = sum(body.is_row(line, whole=True) for line in lines[at:])
-    return f"the table ends above '{until}'" + (f", {lost} rows below it are not read" * bool(lost))
+    return f"the table ends above '{until}'" + not_read(lines[at:], lost, body)
+
+
+def not_read(below: Sequence[str], lost: int, body: Body) -> str:
+    """What is said of rows below a table's end: how many, under which names, and what to do."""
+    if not lost:
+        return ""
+    named = [fields_of(line, body.separator) for line in below[:_HEAD]]
+    words = [[f for f in row if re.fullmatch(r"[^\W\d][\w .:-]*", f)] for row in named]
+    most = max(words, key=lambda row: len({*row}), default=[])
+    plain = f", {lost} rows below it are not read"
+    if lost < _A_TABLE or not 2 < len({*most}) <= _MOST_NAMED:
+        return plain
+    return (
+        f"{plain} ({', '.join(dict.fromkeys(most))}): a table that belongs to it goes into a file "
+        "of its own, with stamps in both, and init gets both"
+    )
 
 
 def end(lines: list[str], body: Body, comment: str) -> tuple[str, list[str]]:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
-from footcal_cli.sniff.feet_weighed import in_kilograms, on_a_plate
+from footcal_cli.sniff.feet_weighed import in_kilograms, in_said_unit, on_a_plate
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of, seconds_of
 from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
 from footcal_cli.sniff.levers import with_levers
 from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load, unlike
 from footcal_cli.sniff.motion import without_motion
-from footcal_cli.sniff.names import ADDED, STATISTICS, name_guess, words_of
+from footcal_cli.sniff.names import ADDED, STATISTICS, NameGuess, name_guess, words_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import (
     Blank,
@@ -34,7 +35,6 @@ from footcal_cli.sniff.weights import (
     runs_across,
     weights,
 )
-from footcal_cli.tables.units import TIMES
 
 _AXES = 6
 _TURNS = 0.5
@@ -43,7 +43,7 @@ _TURNS = 0.5
 
 def plan_of(file: FileGuess) -> Plan | None:
     """The plan for one log, None where its columns fit no experiment."""
-    file = in_kilograms(with_levers(without_motion(numbered(file))))
+    file = in_said_unit(in_kilograms(with_levers(without_motion(numbered(file)))))
     six = wrenches(file)
     loads, cells = loads_and_cells(file)
     plate = on_a_plate(file, readings(file))
@@ -72,7 +72,7 @@ def plan_of(file: FileGuess) -> Plan | None:
     if runs is not None and all(STATISTICS & {*words_of(c.column)} for c in cells):
         return runs
     if loads and cells:
-        return _once(weights(file, loads, cells), loads)
+        return _as_typed(file, loads, cells) or _once(weights(file, loads, cells), loads)
     across = loads_across(file)
     if across is not None:
         return across
@@ -225,6 +225,23 @@ def _one_row_per_cell(file: FileGuess, cells: list[ColumnGuess]) -> list[str]:
     return ["_".join(c.words[i] for c, i in zip(labels, row, strict=True)) for row in different]
 
 
+def _as_typed(
+    file: FileGuess, loads: Sequence[ColumnGuess], cells: Sequence[ColumnGuess]
+) -> Plan | None:
+    """One cell and weights that were typed at some moment of each hold; None where holds are not.
+
+    What was typed holds until the next text, but the weight lay there before.
+    """
+    load = loads[0]
+    if len(loads) != 1 or len(cells) != 1 or not load.held or load.codes is None:
+        return None
+    label = replace(load, values=None, words=tuple(load.names), name=NameGuess("label"))
+    typed = replace(file, columns=tuple(label if c.column == load.column else c
+                                        for c in file.columns))  # fmt: skip
+    plan = _unloaded(typed, cells[0])
+    return plan if plan.ready and plan.options else None
+
+
 def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     """One cell alone, with no load beside it."""
     time, rate, blanks = times(file, needed=True)
@@ -233,8 +250,8 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     entries = {**time, f"{name}_counts": reading_entry(cell), **extras(file)}
     entries.pop("repeat", None)
     seconds = np.arange(file.rows) / (rate or 100.0)
-    if time and (stamped := file.of("time")[0]).values is not None:
-        seconds = (stamped.values - stamped.values[0]) * TIMES.get(stamped.unit or "s", 1.0)
+    if time and (stamped := seconds_of(file.of("time")[0])) is not None:
+        seconds = stamped - stamped[0]
     if loads := said_loads(seconds, numbers_of(cell), file.text.above):
         return Plan(
             file, "one cell alone, weights put on it one after another",

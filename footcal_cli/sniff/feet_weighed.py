@@ -5,6 +5,7 @@ Room: sniff; asked by experiment.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,11 +13,32 @@ import numpy as np
 from footcal_cli.sniff.cells import cells_in_time, of_both_feet
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.plan import FORCES, MASS, Plan
-from footcal_cli.sniff.units import GRAVITY_MPS2
+from footcal_cli.sniff.units import GRAVITY_MPS2, known_unit
 from footcal_cli.tables.units import conversion
 
 _STEADY = 0.1
 """What a plate bears that nobody steps on or off changes by less than this share."""
+
+
+_SAID = re.compile(
+    r"(?i)\b(?:corners?|cells?|sensors?|channels?|values?|readings?|outputs?|data|feet|columns?|"
+    r"zellen|sensoren|kanäle|werte|valeurs|capteurs|valores|valori|sensori)(?:\s+(?:are|is|sind|"
+    r"sont|son|sono))?\s+(?:in|en)\s+(?P<unit>[^\s;,.()]+)"
+)
+"""``corners in kg``: what lines above a table say of all its readings."""
+
+
+def in_said_unit(file: FileGuess) -> FileGuess:
+    """The log with readings that have no unit in the one that a line above the table says."""
+    said = {known_unit(f["unit"]) for line in file.text.above for f in _SAID.finditer(line)}
+    unit = next(iter(said)) if len(said) == 1 else None
+    if unit not in FORCES and unit not in ("V", "mV", "mV/V"):
+        return file
+    return replace(file, columns=tuple(
+        replace(c, unit=unit, name=replace(c.name, quantity="reading"), why="said above the table")
+        if c.quantity in ("reading", "unknown") and c.unit is None and c.values is not None
+        and not c.counts else c for c in file.columns
+    ))  # fmt: skip
 
 
 def in_kilograms(file: FileGuess) -> FileGuess:

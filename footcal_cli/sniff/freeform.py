@@ -10,6 +10,7 @@ from dataclasses import replace
 from footcal_cli.sniff.said_weights import said_weight, sums_of
 from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.tokens import SIDES
+from footcal_cli.sniff.vocabulary import COUNTED
 from footcal_cli.tables.reading import Layout
 
 _NUMBER = r"[+-]?(?:\d+\.\d+|\d+)(?:[eE][+-]?\d+)?"
@@ -295,5 +296,6 @@ def _before(pieces: list[str], at: int) -> list[str]:
 def _name(words: list[str], called: str) -> str:
     if called == "load":
         return f"load_{words[-1].lower()}" if words[-1] in _UNITS else called
-    name = "_".join(words[-2:]).lower()
+    words = words[-1:] if words[-1].lower() in (*COUNTED, "channel") else words[-2:]
+    name = "_".join(words).lower()
     return name if name.isidentifier() else called

@@ -1,58 +1,85 @@
-"""A sheet that says where the cells of a log sit: a name, x and y in each row.
+"""A sheet that says where the cells or the hips of a log sit: a name, x, y (and z) in each row.
 
 Room: sniff; asked by several.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from footcal_cli.sniff.cells import WHERE, toml_key
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Blank, Plan
+from footcal_cli.sniff.six_axis import UNPLACED, WHERE_LEGS
+from footcal_cli.sniff.units import metres_per
 
-_TO_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
-_LARGEST_M = 0.5
-"""No foot is longer; places without a unit that lie further out are in mm."""
+_LARGEST_M = 2.0
+"""No robot is longer; places without a unit that lie further out are in mm."""
+_LARGEST_FOOT_M = 0.5
+_Places = Mapping[str, tuple[float, ...]]
 
 
 def with_places(
     parts: Sequence[Part], others: Sequence[FileGuess]
 ) -> tuple[list[Part], list[FileGuess]]:
-    """Plans whose cells' places a sheet says, and the logs that fit nothing then."""
+    """Plans whose cells' or legs' places a sheet says, and the logs that fit nothing then."""
     left = []
     for sheet in others:
-        places = _places(sheet)
-        made = [replace(part, plan=_placed(part.plan, places, sheet)) for part in parts]
+        flat, deep = _places(sheet, "xy", _LARGEST_FOOT_M), _places(sheet, "xyz", _LARGEST_M)
+        made = [
+            replace(part, plan=_with_legs(_placed(part.plan, flat, sheet), deep, sheet))
+            for part in parts
+        ]
         if all(new.plan is old.plan for new, old in zip(made, parts, strict=True)):
             left.append(sheet)
         parts = made
     return list(parts), left
 
 
-def _places(sheet: FileGuess) -> dict[str, tuple[float, float]]:
-    """Names of a sheet's rows -> x and y in m; empty where it is no such sheet."""
+def _places(sheet: FileGuess, axes: str, largest_m: float) -> _Places:
+    """Names of a sheet's rows -> x, y (and z) in m; empty where it is no such sheet."""
     named = [c for c in sheet.columns if c.codes is not None and len(c.words) == sheet.rows]
     at = {
         axis: [c for c in sheet.columns
                if c.values is not None and c.column.lower().split("_")[0].strip("[( ") == axis]
-        for axis in "xy"
+        for axis in axes
     }  # fmt: skip
     if not named or any(len(columns) != 1 for columns in at.values()):
         return {}
-    places = []
-    for axis in "xy":
-        column = at[axis][0]
-        values = numbers_of(column)
-        unit = column.unit or ("m" if abs(values).max() < _LARGEST_M else "mm")
-        places.append(values * _TO_M.get(unit, 1.0))
-    return dict(zip(named[0].words, zip(*(p.tolist() for p in places), strict=True), strict=True))
+    columns = [at[axis][0] for axis in axes]
+    far = max(float(abs(numbers_of(c)).max()) for c in columns)
+    guess = "m" if far < largest_m else "mm"
+    places = [numbers_of(c) * metres_per(c.unit or guess) for c in columns]
+    return dict(zip(named[0].words, map(tuple, np.column_stack(places).tolist()), strict=True))
 
 
-def _placed(plan: Plan, places: dict[str, tuple[float, float]], sheet: FileGuess) -> Plan:
+def _with_legs(plan: Plan, places: _Places, sheet: FileGuess) -> Plan:
+    """A plan with the places of all its legs; as it is where the sheet does not say them all."""
+    if not places or not any(UNPLACED in table for table in plan.robot):
+        return plan
+    said = {name.lower(): at for name, at in places.items()}
+    by_address = {name_guess(name).address: at for name, at in places.items()}
+    tables = []
+    for table in plan.robot:
+        if UNPLACED in table:
+            leg = table.partition("]")[0].removeprefix("[robot.legs.").strip('"')
+            at = said.get(leg.lower()) or by_address.get(name_guess(leg).address)
+            if at is None:
+                return plan
+            numbers = ", ".join(f"{v:.5g}" for v in at)
+            placed = f"position_m = [{numbers}]    # likely: {sheet.path.name}"
+            table = table.replace(UNPLACED, placed)
+        tables.append(table)
+    blanks = tuple(blank for blank in plan.blanks if blank.why != WHERE_LEGS)
+    return replace(plan, robot=tuple(tables), blanks=blanks)
+
+
+def _placed(plan: Plan, places: _Places, sheet: FileGuess) -> Plan:
     """A plan with the places of all its cells; as it is where the sheet does not say them all."""
     asked = next((blank for blank in plan.blanks if blank.why == WHERE), None)
     if asked is None or not places:

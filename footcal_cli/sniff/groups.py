@@ -159,6 +159,11 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
         names = [a if not a[0].isdigit() else f"cell_{a}" for a in addresses]
     else:
         names = [_slug(c.column) for c in columns]
+    if len({*names}) < len(names):  # of letters that no recipe's key has the numbers are left
+        numbers = [re.findall(r"\d+", split_unit(c.column)[0])[-1:] for c in columns]
+        counted = ["_".join([c.name.address.rpartition("_")[0] or c.name.address, *n])
+                   for c, n in zip(columns, numbers, strict=True)]  # fmt: skip
+        names = counted if all(numbers) and len({*counted}) == len(names) else names
     twice = Counter(names)
     names = [n if twice[n] == 1 else f"{n}_{i + 1}" for i, n in enumerate(names)]
     return dict(zip(names, columns, strict=True))

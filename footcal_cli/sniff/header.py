@@ -17,6 +17,7 @@ _TYPE = re.compile(
     r"(?i)<?(?:u?int|float)(?:8|16|32|64)?\??>?|<?(?:dbl|chr|num|lgl)>|double|string|object|bool"
 )
 """What data frames say of their columns below the names."""
+_AT_THE_END = re.compile(r"\s+[\[(][^\[\]()]*[\])]\s*$")
 _NAMES = ("name", "names", "channel", "channelname", "channel name", "kanal", "kanalname", "signal")
 _UNITS = ("unit", "units", "einheit", "einheiten", "unité", "unitstring")
 _SAYS = re.compile(r"([A-Za-z]+):\s+\S")
@@ -25,7 +26,11 @@ _PROCESSED = {"Smp", "Avg", "Max", "Min", "Std", "Tot", "Med", "RSq", "WVc", "TM
 
 
 def header_fields(line: str, body: Body, comment: str) -> list[str]:
-    """Names in a line above the rows, empty where it is none."""
+    """Names in a line above the rows, empty where it is none; units in brackets may end it."""
+    return _fields(line, body, comment) or _fields(_AT_THE_END.sub("", line), body, comment)
+
+
+def _fields(line: str, body: Body, comment: str) -> list[str]:
     plain = _as_rows_are(line.strip("\r\n"), body)
     for sign in ("#", "%", "//", comment):
         if sign and plain.lstrip().startswith(sign):
@@ -54,7 +59,8 @@ def _split(line: str, body: Body) -> list[str]:
         fields = whole if len(whole) == body.width else fields
     if body.width < len(fields) <= body.width + 2 and body.separator != BLANKS:
         fields = fields[: body.width]  # rows without the comments that the header announces
-    if len(fields) == body.width - 1 and body.counted:
+    numbers = any(is_number(field, body.decimal) for field in fields)
+    if len(fields) == body.width - 1 and body.counted and not numbers:
         # R, pandas and Stata number rows under no name
         fields = ["row", *(f.strip('"') if body.separator == BLANKS else f for f in fields)]
     if len(fields) != body.width and body.separator == BLANKS:

@@ -15,6 +15,7 @@ from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.plates import key_of
+from footcal_cli.sniff.units import LENGTHS
 from footcal_cli.tables.units import conversion
 
 _LOADED = 0.1
@@ -22,7 +23,7 @@ _LOADED = 0.1
 _AS_MARKED = 0.9
 """How much of the marks on a plate its CoP explains, if it is one."""
 _TURNED = ("quaternion", "angle", "matrix", "gravity", "orientation", "acceleration", "load")
-_LENGTHS = (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3))
+_WRITTEN = ("m", "cm", "mm")
 _NEARLY = 0.2
 """How far the CoP's span may be from that of the marks, where its unit is chosen by them."""
 
@@ -92,16 +93,15 @@ def _unit(moment: str | None, force: str | None) -> tuple[str | None, float]:
         size = conversion(moment, "N*m", 1.0).slope / conversion(force or "N", "N", 1.0).slope
     except UsageError:
         return None, 1.0
-    for unit, length in _LENGTHS:
-        if np.isclose(size, length):
+    for unit in _WRITTEN:
+        if np.isclose(size, LENGTHS[unit]):
             return unit, 1.0
     return "m", size
 
 
 def _as_marked(values: FloatArray, hole: ColumnGuess) -> str | None:
     """The unit in which a CoP spans what the marks do; None where none fits."""
-    sizes = dict(_LENGTHS)
-    if hole.unit not in sizes:
+    if hole.unit not in _WRITTEN:
         return None
-    ratio = np.nanstd(numbers_of(hole)) * sizes[hole.unit] / np.nanstd(values)
-    return next((unit for unit, length in _LENGTHS if abs(ratio / length - 1) < _NEARLY), None)
+    ratio = np.nanstd(numbers_of(hole)) * LENGTHS[hole.unit] / np.nanstd(values)
+    return next((unit for unit in _WRITTEN if abs(ratio / LENGTHS[unit] - 1) < _NEARLY), None)

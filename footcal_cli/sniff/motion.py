@@ -14,15 +14,24 @@ import numpy as np
 
 from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
+from footcal_cli.core.spatial import rotations_logged
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
-from footcal_cli.sniff.units import split_unit
+from footcal_cli.sniff.units import LENGTHS, known_unit, metres_per, split_unit
+from footcal_cli.tables.world import TO_Z_UP
 
-_STEP_M, _IN_M = 0.03, {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
-"""A foot that stands moves by less, as far as an estimator's drift goes."""
-_GONE_M, _WALKS_MPS, _SPEED_S = 0.2, 0.12, 0.2
-"""A CoM that only shifts the weight ends nearer to its beginning and is slower (RMS)."""
+_STEP_M, _AWAY, _AWAY_M = 0.03, 0.7, 0.5
+"""A foot that stands moves by less, as far as an estimator's drift goes; a CoM above such feet by
+less than a share of its height, or where that is not known than half a metre."""
+_LENGTH = re.compile(r"(?i)\blength\W{0,3}units?\W+([a-z]+)")
+"""``Length Units,Meters``, as motion capture says above its table."""
+_STEADY_DEG, _ASKEW_DEG = 35.0, 20.0
+"""How far lines between feet may scatter in steps, and feet that point along x stand askew."""
+_WALKED = 2.0
+"""Widths of a stance by which feet have gone somewhere."""
+_LEVEL = 0.9
+"""How much of a foot's z axis points up at least."""
 _RATES = {"vel", "velocity", "v", "speed", "omega", "twist"}
 _IN_A_POSE = re.compile(r"[tp][xyz]")
 """Where a pose is: its ``tx`` is no torque."""
@@ -44,6 +53,8 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
     asked = {c.column for c in file.of("com", "com_acc") if COMMANDED & set(words_of(c.column))}
     if len(asked) < len(file.of("com")):  # what was asked for stands next to what was reached
         file = replace(file, columns=tuple(c for c in file.columns if c.column not in asked))
+    length = next((u for x in file.text.above if (f := _LENGTH.search(x)) and
+                   (u := known_unit(f[1])) in LENGTHS), None)  # fmt: skip
     behind = any(c.name.place in _BEHIND for c in file.columns)
     for column in file.columns:
         name = _canonical(column)
@@ -51,8 +62,74 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
             name = name.replace("fl_foot", "left_foot").replace("fr_foot", "right_foot")
         if name and name not in entries:
             default = next((u for end, u in _UNITS.items() if name.endswith(end)), None)
+            if length and name.endswith(("_x_m", "_y_m", "_z_m")):
+                default = length
             entries[name] = of(column, column.unit or default)
-    return entries
+    return _without_other_frames(entries, file)
+
+
+def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[str, Entry]:
+    """The motion without feet's orientations of frames whose z is not up where the world's is not.
+
+    Motion capture with y up creates bodies with y up: such an orientation is not that of the foot
+    in whose frame the cells' places are known. The feet are then taken to stand level.
+    """
+    up = next((line.split('"')[1] for line in upright(file, entries)), "+z")
+    if up == "+z":
+        return entries | _headings(entries, up)
+    axis, sign = "xyz".index(up[1]), 1.0 if up[0] == "+" else -1.0
+    kept = dict(entries)
+    for side in ("left", "right"):
+        names = [f"{side}_foot_q{a}" for a in "xyzw"]
+        columns = [e.column.values for n in names if (e := entries.get(n)) and e.column]
+        four = [values for values in columns if values is not None]
+        if len(four) != len(names):
+            continue
+        rises = sign * rotations_logged(np.column_stack(four))[:, axis, 2]
+        if np.nanmedian(rises) < _LEVEL:
+            kept = {name: entry for name, entry in kept.items() if name not in names}
+    return kept | _headings(kept, up)
+
+
+def _headings(entries: Mapping[str, Entry], up: str) -> dict[str, Entry]:
+    """Which way feet point whose orientation is not logged, where that is not along x.
+
+    The left foot stands on the left of the right one: with ``d`` from the right to the left one,
+    its heading is ``atan2(-d_x, d_y)``. Empty where that differs from row to row as in a turn, by
+    less from x than feet are set askew, or where feet that walk go another way.
+    """
+    turned = any(re.search(r"_foot_(?:yaw_rad|qw)$", name) for name in entries)
+    feet = [_place(entries, f"{side}_foot") for side in ("left", "right")]
+    left, right = feet
+    if turned or left is None or right is None or up == "-z" or left.shape != right.shape:
+        return {}
+    good = np.isfinite(left + right).all(axis=1)
+    if not good.any():
+        return {}
+    apart, middle = ((left - right)[good] @ TO_Z_UP[up].T, (left + right)[good] @ TO_Z_UP[up].T / 2)
+    heading = np.angle(np.exp(1j * np.arctan2(-apart[:, 0], apart[:, 1])).mean(), deg=True)
+    ways = np.degrees(np.arctan2(-apart[:, 0], apart[:, 1])) - heading
+    usual = float(np.median(np.abs((ways + 180.0) % 360.0 - 180.0)))
+    if usual > _STEADY_DEG or abs(heading) < max(_ASKEW_DEG, 2.0 * usual):
+        return {}
+    gone = (middle[-1] - middle[0])[:2]
+    along = abs(gone @ [np.cos(np.radians(heading)), np.sin(np.radians(heading))])
+    far = float(np.linalg.norm(gone))
+    if far > _WALKED * np.median(np.linalg.norm(apart[:, :2], axis=1)) and along < 0.7 * far:
+        return {}  # sideways, or with one foot before the other
+    why = "not logged: the left foot stands on the left of the right one"
+    said = Entry(value=f"{np.radians(heading):.4f}", sure="guess", why=why)
+    return {f"{side}_foot_yaw_rad": said for side in ("left", "right")}
+
+
+def _place(
+    entries: Mapping[str, Entry], stem: str, own: Mapping[str, ColumnGuess] | None = None
+) -> FloatArray | None:
+    """A place of a motion by its canonical names, or by columns called so; None without."""
+    names = [f"{stem}_{axis}_m" for axis in "xyz"]
+    columns = [entries[n].column if n in entries else (own or {}).get(n) for n in names]
+    values = [c.values for c in columns if c is not None and c.values is not None]
+    return np.column_stack(values) if len(values) == 3 else None
 
 
 _UNITS = {"_foot_x_m": "m", "_foot_y_m": "m", "_foot_z_m": "m", "_foot_yaw_rad": "rad"}
@@ -84,55 +161,36 @@ def without_motion(file: FileGuess) -> FileGuess:
 def walks(entries: Mapping[str, Entry]) -> bool:
     """Whether a body's motion is one of steps: a foot's place moves along the ground.
 
-    A stand shows no scale of a horizontal force; `static-init` asks it for none. Without places of
-    the feet it is the speed of the CoM that says it.
+    Where no foot's place is logged, the CoM leaves the ground that feet could stand on.
+
+    A stand shows no scale of a horizontal force; `static-init` asks it for none.
     """
-    known = False
-    for name, entry in entries.items():
-        column = entry.column
-        if not name.endswith(("_foot_x_m", "_foot_y_m")):
-            continue
-        known = True
-        if column is None or column.values is None:
-            continue
-        low, high = np.nanquantile(column.values, [0.01, 0.99])
-        if (high - low) * _IN_M.get(entry.unit or "m", 1.0) > _STEP_M:
-            return True
-    return bool(entries) and not known and _goes(entries)
 
+    def far(*ends: str) -> list[float]:
+        columns = [
+            (e.column.values, e.unit) for name, e in entries.items()
+            if e.column is not None and e.column.values is not None and name.endswith(ends)
+        ]  # fmt: skip
+        spans = [np.ptp(np.nanquantile(values, [0.01, 0.99])) for values, _ in columns]
+        return [float(s) * metres_per(unit) for s, (_, unit) in zip(spans, columns, strict=True)]
 
-def _goes(entries: Mapping[str, Entry]) -> bool:
-    """Whether the CoM ends elsewhere than it began, or moves fast; so where no column says it."""
-    time = entries.get("time_s")
-    stamps = seconds_of(time.column) if time is not None and time.column is not None else None
-    columns = [entries[n].column if n in entries else None for n in ("com_x_m", "com_y_m")]
-    values = [c.values for c in columns if c is not None and c.values is not None]
-    if stamps is None or len(values) < 2:
-        return True
-    place = _IN_M.get(entries["com_x_m"].unit or "m", 1.0) * np.column_stack(values)
-    good = np.isfinite(place).all(axis=1) & np.isfinite(stamps)
-    place, stamps = place[good], stamps[good]
-    few = max(len(place) // 20, 1)
-    if len(place) < 3 or np.linalg.norm(place[-few:].mean(0) - place[:few].mean(0)) > _GONE_M:
-        return True
-    reach = max(round(_SPEED_S / max(float(np.median(np.diff(stamps))), 1e-9)), 1)
-    moved = np.linalg.norm(place[reach:] - place[:-reach], axis=1)
-    within = np.maximum(stamps[reach:] - stamps[:-reach], 1e-9)
-    return bool(np.sqrt(np.mean((moved / within) ** 2)) > _WALKS_MPS)
+    feet = far("_foot_x_m", "_foot_y_m")
+    if feet:
+        return max(feet) > _STEP_M
+    away = max(far("com_x_m", "com_y_m"), default=0.0)
+    com = _place(entries, "com")
+    high = 0.0 if com is None else float(abs(np.nanmedian(com[:, 2])))
+    height = high * metres_per(entries["com_z_m"].unit) if high else 0.0
+    return away > (_AWAY * height if height > _STEP_M else _AWAY_M)
 
 
 def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
     """A recipe's line that says which axis of the world points up, where it is not z."""
-
-    def place(stem: str) -> FloatArray | None:
-        names = [f"{stem}_{axis}_m" for axis in "xyz"]
-        columns = [entries[n].column if n in entries else own.get(n) for n in names]
-        values = [c.values for c in columns if c is not None and c.values is not None]
-        return np.column_stack(values) if len(values) == 3 else None
-
     own = {column.column: column for column in file.columns}
-    com = place("com")
-    feet = [at for side in ("left", "right") if (at := place(f"{side}_foot")) is not None]
+    com = _place(entries, "com", own)
+    feet = [
+        at for side in ("left", "right") if (at := _place(entries, f"{side}_foot", own)) is not None
+    ]
     if com is None or not feet:
         return ()
     stacked = np.stack(feet, axis=1)

@@ -15,7 +15,18 @@ from footcal_cli.sniff.units import (
     known_unit,
     split_unit,
 )
-from footcal_cli.sniff.vocabulary import EAST_ASIAN, WORDS
+from footcal_cli.sniff.vocabulary import (
+    ANGLES,
+    BEHIND_AN_END,
+    EAST_ASIAN,
+    ENDS,
+    ITALIAN,
+    OF_A_LEG,
+    PLACES,
+    SAID_OTHERWISE,
+    SIDES,
+    WORDS,
+)
 from footcal_cli.sniff.vocabulary import Quantity as Quantity
 from footcal_cli.tables.units import TIMES
 
@@ -67,29 +78,18 @@ STATISTICS = frozenset(
     ["mean", "avg", "average", "median", "std", "sd", "var", "min", "max", "sem"]
 )
 """What stands in a second row of names, under the quantity that it is of."""
-_MEAN = re.compile(r"[\W_](?:mean|avg|average|median)$", re.IGNORECASE)
+_MEAN = re.compile(r"[\W_](?!(?-i:AvG))(?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
 """How a column of means or of scatter is called."""
 _QUOTED = re.compile(r"(?:^|(?<=/))'|'(?=/|$)")  # /'press'/'ref_N', of a TDMS file
+_FOOT_AND_PLACE = re.compile(r"[lr][frbh][lr]")
+"""A foot and a cell under it in one word: LFL, RRR."""
 _F_OF = 3
 _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
     ("rohwert", "reading"), ("wellenwinkel", "phase"), ("beinwinkel", "phase"),
 )  # fmt: skip
 """How compound words end that say what a column is: ``Prüfgewicht``."""
-_ANGLES = {
-    word: axis
-    for axis, spellings in {
-        "roll": "roll bank rollwinkel wankwinkel rollen wanken roulis alabeo rollio "
-        "крен 横滚角 横滚 ロール角 ロール",
-        "pitch": "pitch elevation nickwinkel nicken tangage cabeceo beccheggio "
-        "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
-        "yaw": "yaw heading gierwinkel gieren lacet guiñada imbardata "
-        "рыскание 偏航角 偏航 ヨー角 ヨー",
-    }.items()
-    for word in spellings.split()
-}
-"""How the angles about x, y and z of a body are called."""
 _NOT_OF_CELLS = {
     "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
     "velocity", "emg", "ecg", "acceleration", "speed", "distance", "extension", "elongation",
@@ -100,7 +100,8 @@ _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
-_ACCELERATED = {"acc", "accel", "acceleration", "dd"}
+_ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
+                "aceleracion", "accélération", "accelerazione", "aceleração"}  # fmt: skip
 _TURNED = {"theta", "euler", "angle", "rpy", "rotvec"}
 _MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
@@ -116,26 +117,12 @@ NOISE = {
     "effort", "filtered", "state", "zone", "pad", "corner", "n", "volt", "voltage", "est", "cells",
     "loadcells", "pied", "fuß", "fuss",
 }  # fmt: skip
-_PLACES = {
-    "fl": "fl", "fr": "fr", "rl": "rl", "rr": "rr", "bl": "rl", "br": "rr", "hl": "hl", "hr": "hr",
-    "ml": "ml", "mr": "mr", "lf": "fl", "rf": "fr", "lh": "hl", "rh": "hr", "lb": "rl", "rb": "rr",
-    "lm": "ml", "rm": "mr", "lr": "rl",
-}  # fmt: skip
-_ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
-         "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f", "mitte": "m", "avant": "f",
-         "arrière": "r", "arriere": "r", "milieu": "m"}  # fmt: skip
-_ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *_ENDS}
+_ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *ENDS}
 _INNER = re.compile(
     r"(heel|toe|ball|talon|ferse|front|rear|back)[\W_]*"
     r"(inn?er|in|innen|int|out|outer|ext|außen)(?![A-Za-z])", re.IGNORECASE,
 )  # fmt: skip
 """The inner and the outer cell of a heel: ``heel_in`` is in no inches."""
-_SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
-          "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
-          "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",
-          "re": "right", "lt": "left", "rt": "right", "ftl": "left",
-          "ftr": "right", "footl": "left", "footr": "right",
-          "lleg": "left", "rleg": "right", "ll": "left"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -193,6 +180,8 @@ def is_label(word: str) -> bool:
 
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters: ``LFsrFL`` is l, fsr, fl, and ``CoM`` is com."""
+    for phrase, said in SAID_OTHERWISE:
+        name = phrase.sub(f" {said} ", name)
     for word, said in EAST_ASIAN.items():
         name = name.replace(word, f" {said} ")
     words = [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
@@ -203,6 +192,8 @@ def _parts_of(word: str) -> list[str]:
     """Known words within one that is written without blanks: Chinese, Japanese, ``Sollkraft``."""
     if compound := _ASKED_OR_MEASURED.fullmatch(word):
         return list(compound.groups())
+    if _FOOT_AND_PLACE.fullmatch(word):
+        return [word[0], word[1:]]
     if word in ("dcom", "ddcom"):
         return [word[:-3], "com"]
     if word.isascii() or word in WORDS or word < "\u3000":
@@ -240,7 +231,7 @@ def name_guess(name: str) -> NameGuess:
 
 def without_side(name: str, side: str) -> str:
     """A name without the word or the letter that its side begins it with: ``links_2`` is 2."""
-    called = "|".join(sorted((w for w, s in _SIDES.items() if s == side), key=len, reverse=True))
+    called = "|".join(sorted((w for w, s in SIDES.items() if s == side), key=len, reverse=True))
     return re.sub(rf"^(?:(?:{called})(?=_|\d|$)|{called})_?", "", name)
 
 
@@ -252,21 +243,27 @@ def _address(words: list[str]) -> tuple[str, str, list[str]]:
     while i < len(words):
         word = words[i]
         following = words[i + 1] if i + 1 < len(words) else ""
-        if word in _ENDS and _SIDES.get(following) and len(following) > 1 and not place:
-            place, i = _ENDS[word] + _SIDES[following][0], i + 2
+        if word in ENDS and SIDES.get(following) and len(following) > 1 and not place:
+            place, i = ENDS[word] + SIDES[following][0], i + 2
             continue
-        if word in _SIDES and len(word) > 1 and following in _ENDS and not place and side:
-            place, i = _ENDS[following] + _SIDES[word][0], i + 2
+        if word in SIDES and len(word) > 1 and following in ENDS and not place and side:
+            place, i = ENDS[following] + SIDES[word][0], i + 2
             continue
-        if word in _PLACES and not place:
+        if word in ENDS and following in BEHIND_AN_END and not place:
+            place, i = ENDS[word] + BEHIND_AN_END[following][0], i + 2
+            continue
+        if word in ITALIAN and not side and OF_A_LEG & set(words):
+            side, i = ITALIAN[word], i + 1
+            continue
+        if word in PLACES and not place:
             # lf before another place is the left foot
-            later = any(w in _PLACES or w in _ENDS for w in words[i + 1 :])
+            later = any(w in PLACES or w in ENDS for w in words[i + 1 :])
             if later and word in ("lf", "rf") and not side:
                 side = {"lf": "left", "rf": "right"}[word]
             else:
-                place = _PLACES[word]
-        elif word in _SIDES and not side:
-            side = _SIDES[word]
+                place = PLACES[word]
+        elif word in SIDES and not side:
+            side = SIDES[word]
         elif word in _ZONES and (not place or place in _ZONES):
             place = f"{place}_{word}".strip("_")
         else:
@@ -287,7 +284,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         return "cop", {"a": "x"}.get(letter, letter), {"cop", "x", "y", "copx", "copy"}
     centre = re.fullmatch(r"([xyz])com|com([xyz])", last)
     if centre or (
-        {"com", "center", "centre"} & set(words) and last[-1:] in "xyz" and "cop" not in words
+        {"com", "center", "centre"} & set(words) and last[-1:] in "xyz"
+        and not {"cop", "rotation", "orientation", "quaternion", "quat", "euler"} & set(words)
         and last[:-1] in ("", "d", "dd", "a", "acc", "v", "vel")
     ):  # fmt: skip
         if {"vel", "velocity", "speed", "twist"} & set(words) or last[:-1] in ("d", "v", "vel"):
@@ -335,8 +333,8 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     if _TURNED & set(words) and last in ("x", "y", "z"):
         return "angle", f"r{last}", {last, *_TURNED}
     for word in words:
-        if word in _ANGLES:
-            return "angle", _ANGLES[word], {word}
+        if word in ANGLES:
+            return "angle", ANGLES[word], {word}
     found = re.fullmatch(r"r_?([0-3])_?([0-3])", stem.lower().split(".")[-1].split("rot_")[-1])
     if found:
         return "matrix", found[1] + found[2], {"r"}

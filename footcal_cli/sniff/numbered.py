@@ -96,7 +96,9 @@ def numbered(file: FileGuess) -> FileGuess:
     if not whole and not file.of("angle", "gravity", "matrix") and file.of("force"):
         made |= {k: v for k, v in _lettered(file).items() if k not in made}
     for stem, columns in stems.items():
-        made |= {k: v for k, v in _vector(stem, columns).items() if k not in made}
+        cells = {c.column for c in file.of("reading")} - {c.column for c in columns}
+        moved = bool(cells) and any("com" in words_of(other) for other in stems)
+        made |= {k: v for k, v in _vector(stem, columns, moved).items() if k not in made}
     made = made or _axes_again(file)
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
@@ -221,14 +223,21 @@ def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
     return {}
 
 
-def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
-    """``force[0] … force[2]`` as its components along x, y and z."""
+def _vector(
+    stem: str, columns: Sequence[ColumnGuess], moved: bool = False
+) -> dict[str, ColumnGuess]:
+    """``force[0] … force[2]`` as its components along x, y and z.
+
+    `moved`: a CoM and readings stand next to it, so that three numbers of a foot are its place.
+    """
     words = words_of(stem)
     if len(columns) != 3 or not words:
         return {}
     *before, last = [w for w in words if w not in _SAID_OF_VECTORS] or words
     for called, quantity, letter in _VECTORS:
         if last in called and (len(last) > 1 or _VECTOR_LETTER.fullmatch(stem)):
+            if quantity == "acceleration" and "com" in before:
+                quantity = "com_acc"
             owner = "_".join(w for w in before if w not in NOISE)
             return {
                 c.column: replace(
@@ -238,7 +247,10 @@ def _vector(stem: str, columns: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]
                 for i, (axis, c) in enumerate(zip("xyz", columns, strict=True))
             }  # fmt: skip
     named = [name_guess(f"{stem}_{axis}") for axis in "xyz"]
-    if "com" not in words and not (named[0].side and _PLACES & set(words)):
+    placed = _PLACES & set(words) or (
+        moved and {"foot", "feet"} & set(words) and not all(c.counts for c in columns)
+    )
+    if "com" not in words and not (named[0].side and placed):
         return {}
     return {
         c.column: replace(

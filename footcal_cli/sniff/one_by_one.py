@@ -19,6 +19,7 @@ from footcal_cli.sniff.levers import with_levers
 from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.sniff.units import metres_per
 
 _LEAST_FILES, _LEAST_MARKS = 3, 4
 _PLACE = re.compile(
@@ -27,7 +28,7 @@ _PLACE = re.compile(
     re.IGNORECASE,
 )
 """``x-150_y200``, ``x10mm y20mm``: where something stood."""
-_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+_WRITTEN = ("mm", "cm", "m")
 _NEARLY = 0.2
 """How far the span of a CoP may be from that of the marks, where it says their unit."""
 
@@ -103,7 +104,7 @@ def marked_files(group: list[FileGuess]) -> Part | None:
     places = np.array([[_number(f[1]), _number(f[3])] for f in found if f])
     said = {f[i] for f in found if f for i in (2, 4)}
     rows = [file.rows for file in group]
-    for unit in (said & {*_UNITS}) if len(said) == 1 and said != {None} else _UNITS:
+    for unit in (said & {*_WRITTEN}) if len(said) == 1 and said != {None} else _WRITTEN:
         holes = tuple(
             ColumnGuess(f"\0{a}", NameGuess("hole", a, unit=unit), unit, "likely", "names",
                         np.repeat(places[:, i], rows))
@@ -136,8 +137,8 @@ def _spans(file: FileGuess, holes: Sequence[ColumnGuess], unit: str) -> bool:
         cop = cops.get(hole.name.axis)
         if cop is None or cop.values is None or hole.values is None:
             return False
-        ours, theirs = np.nanstd(hole.values) * _UNITS[unit], np.nanstd(cop.values)
-        if abs(theirs * _UNITS.get(cop.unit or "m", 1.0) / ours - 1.0) > _NEARLY:
+        ours, theirs = np.nanstd(hole.values) * metres_per(unit), np.nanstd(cop.values)
+        if abs(theirs * metres_per(cop.unit) / ours - 1.0) > _NEARLY:
             return False
     return True
 

@@ -14,12 +14,11 @@ from footcal_cli.sniff.motion import body_entries, walks
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, Plan, of, times
 from footcal_cli.sniff.still_feet import on_still_feet
-from footcal_cli.sniff.units import LENGTHS, split_unit
+from footcal_cli.sniff.units import LENGTHS, metres_per, split_unit
 
 _OPENSIM = re.compile(r"^(?P<before>.*?)ground_force(?P<after>.*?)_(?P<kind>[vp])(?P<axis>[xyz])$")
 _NUMBERED = re.compile(r"[xyXY]\d{1,2}")
 """A place that has a plate's number alone: X1 next to FZ1."""
-_TO_M = {"mm": 1e-3, "cm": 1e-2}
 _ROOM = 0.25
 """How far around the CoP the cells stand that stand in for a plate, as a share of its range."""
 _LEAST_M = 0.05
@@ -183,11 +182,11 @@ def _unit_of_cops(file: FileGuess, feet: Mapping[str, _Foot]) -> str:
             lever = np.hypot(beside["tx"], beside["ty"])[loaded] / force
             moments.append(float(np.nanmedian(lever / np.hypot(x, y))))
     named = [c.unit for c in file.of("force") if c.name.axis in ("tx", "ty")]
-    for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)):
+    for unit in ("m", "cm", "mm"):
         if (
             moments
             and all(u in (None, "N*m") for u in named)
-            and np.allclose(moments, size, rtol=_ONE_LEVER)
+            and np.allclose(moments, LENGTHS[unit], rtol=_ONE_LEVER)
         ):
             return unit
     return "m" if max(spans) < _MOST_M else NOT_SAID
@@ -197,7 +196,7 @@ def _around(foot: _Foot, unit: str) -> FloatArray:
     """Corners of a triangle around the CoP, shape (3, 2), m."""
     low, high = [], []
     for column, sign in ((foot.x, 1.0), (foot.y, foot.y_sign)):
-        values = sign * numbers_of(column) * _TO_M.get(column.unit or unit, 1.0)
+        values = sign * numbers_of(column) * metres_per(column.unit or unit)
         a, b = np.nanquantile(values, [0.02, 0.98])
         room = max(_ROOM * (b - a), _LEAST_M)
         low.append(a - room)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os.path
 from collections.abc import Iterator, Mapping, Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 
 from footcal_cli.sniff.file_names import Part, called
@@ -13,6 +14,10 @@ from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
 
 _ROBOT = "# [robot]"
+_DIAGNOSED = {
+    "static-init": "stand", "online-replay": "walk", "hang-calib": "hang", "pose-calib": "pose"
+}  # fmt: skip
+"""What `diagnose` calls the experiment of a command; weights where nothing is said."""
 _UNTURNED = (
     "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
 )
@@ -71,6 +76,9 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for part in parts:
         if part.plan.options:
             lines += ["", f"[{part.plan.command.replace('-', '_')}]", *part.plan.options]
+    commands = {part.plan.command for part in parts}
+    if len(commands) == 1 and (kind := _DIAGNOSED.get(commands.pop())):
+        lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}"]
     return "\n".join(lines) + "\n"
 
 
@@ -80,7 +88,10 @@ def _asked(blank: Blank) -> str:
 
 def next_step(parts: Sequence[Part], command_line: str) -> str:
     """The exact command, after what is to be filled in; weights first, whose scales others need."""
-    plan = min((part.plan for part in parts), key=lambda plan: plan.command != "offline-fit")
+    plan = min(
+        (part.plan for part in parts),
+        key=lambda plan: (plan.command != "offline-fit", plan.command == "pose-calib"),
+    )
     command = f"footcal {plan.command} {command_line}"
     wanted = _wanted(parts, plan.command)
     said = f"fill in what is marked TO FILL IN ({wanted}), then " if wanted else ""
@@ -125,6 +136,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 on_top |= {c: f"{below} in {unit}" for c, unit in entry.column.plus.items()}
             elif entry.file_name is not None:
                 lines.append(f"  {name}: from the file's name ({entry.why})")
+            elif entry.value is not None and entry.sure == "guess":
+                lines.append(f"  {name} = {entry.value}   guess: {entry.why}")
         for column in part.plan.file.columns:
             if column.column in used:
                 name, entry = used.pop(column.column)
@@ -193,13 +206,15 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         lines += [f"[files.wide.{_key(entry)}]", *_entries(columns)]
     for beside in part.beside:
         other = beside.file
-        more = [*_layout_lines(other)]
-        times = other.of("time")
-        if more or times:
-            name = called([other.path, *part.paths])[0]
-            lines += ["", "[[files]]", f"match = {_quoted(name)}", *more]
+        times, own_lines = other.of("time"), [*_layout_lines(other)]
+        name = called([other.path, *part.paths])[0]
+        if not (own_lines or times or fnmatch(name, part.match)):
+            continue
+        joined = ["[[files]]", f"match = {_quoted(name)}", *own_lines]
         if times:
-            lines += ["[files.columns]", *_entries({"time_s": of(times[0])})]
+            joined += ["[files.columns]", *_entries({"time_s": of(times[0])})]
+        # the first entry that matches a file is its own
+        lines = [*joined, "", *lines] if fnmatch(name, part.match) else [*lines, "", *joined]
     return lines
 
 

@@ -175,6 +175,8 @@ class Body:
             fields = fields_of(line, self.separator)[: self.width]
         if len(fields) != self.width or (self.indented and fields[0]):
             return False
+        if self.counted and not fields[0]:
+            return False
         if not self.numeric:
             return any(is_moment(field) for field in fields)
         good = [

@@ -20,7 +20,8 @@ DASHES = frozenset({"-", "--", "---", "\u2013", "\u2014"})
 _NEGATIVE = re.compile(r"-[\d.,]")
 _NOTHING = re.compile(
     r"(?:it'?s |all |is |still |again )*(?:empty|nothing|no (?:load|weights?)|none|zero|unloaded|"
-    r"tare|tara|off|bare|leer|unbelastet|ohne last|vide|à vide|vuoto|scarico|vac[ií]o|vazio)"
+    r"tare|tara|off|bare|removed?|abgenommen|entfernt|enlevée?|retirée?|leer|unbelastet|ohne last|"
+    r"vide|à vide|vuoto|scarico|vac[ií]o|vazio)"
     r"(?: again| on it| on)?",
     re.IGNORECASE,
 )

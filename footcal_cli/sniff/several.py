@@ -24,8 +24,9 @@ from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
+from footcal_cli.sniff.six_axis import HUNG_FIRST
 from footcal_cli.sniff.stepping import with_sides
-from footcal_cli.sniff.twins import by_loaded_cell, without_twins
+from footcal_cli.sniff.twins import by_experiment, without_twins
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
@@ -35,9 +36,14 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
     parts, others = _planned(files)
-    return [
-        replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts
-    ], others
+    made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
+    if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
+        made = [
+            replace(part, plan=replace(part.plan, blanks=tuple(
+                blank for blank in part.plan.blanks if blank is not HUNG_FIRST
+            ))) for part in made
+        ]  # fmt: skip
+    return sorted(made, key=lambda part: part.plan.command == "pose-calib"), others
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
@@ -60,7 +66,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     if len(alike) == 1 and (made := marked_files(alike[0])) is not None:
         return [made], []
     parts, others = [], []
-    for group in [own for whole in alike for own in by_loaded_cell(whole)]:
+    for group in [own for whole in alike for own in by_experiment(whole)]:
         made = alike_part(group)
         if made is None:
             others += group

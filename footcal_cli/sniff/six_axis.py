@@ -15,7 +15,7 @@ from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
-from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, rate_said, times
 from footcal_cli.sniff.shafts import beside, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
 
@@ -26,8 +26,15 @@ COUNTED = Blank(
 _MOST_N = 20_000.0
 _LOADED, _TOGETHER = 10.0, 0.2
 """A weight is so much larger than its changes; what is shifted adds up to so much less."""
+_ROWS_OF_A_POSE = 0.5
+"""A pose that has two rows of each leg and more is a stretch of a stream."""
 _STILL = 0.05
 """Forces that scatter by so small a share of another transducer's do not feel what it feels."""
+WHERE_LEGS = "no log says where the transducers sit"
+HUNG_FIRST = Blank(
+    ("# footcal hang-calib first, then pose-calib … --parameters …/parameters.json",),
+    "standing poses need offsets and leg weights of a hanging calibration",
+)
 TURNED = Blank(
     ("# the attitude in [columns] must be the transducer's own",),
     "in this attitude the forces are not the weight of one thing: it may be that of another frame",
@@ -212,13 +219,16 @@ def _forces(
     }
 
 
+UNPLACED = "# position_m = [0.0, 0.0, 0.0]    # the transducer in the body frame: pose-calib's"
+
+
 def leg_tables(names: Iterable[str], mounts: Mounts | None) -> tuple[str, ...]:
     """``[robot.legs…]``: where the transducers sit, and how they are turned if forces say so."""
     tables = []
     for name in names:
         lines = [
             f"[robot.legs.{toml_key(name)}]",
-            "# position_m = [0.0, 0.0, 0.0]    # the transducer in the body frame: pose-calib's",
+            UNPLACED,
         ]
         if mounts is not None and name in mounts.rotation:
             angles = ", ".join(f"{angle:g}" for angle in mounts.rpy_rad(name))
@@ -234,11 +244,17 @@ def _poses(
     file: FileGuess, six: dict[str, dict[str, ColumnGuess]], labels: Sequence[ColumnGuess],
     mounts: Mounts,
 ) -> Plan | None:  # fmt: skip
-    """Transducers at the hips of a robot that stands in many poses; None without named poses."""
+    """Transducers at the hips of a robot that stands in many poses: by name, or in time.
+
+    A row for each leg and pose has its name; in a stream the still stretches are the poses. None
+    where neither names nor stamps are there.
+    """
     named = file.of("placement", "sequence", "repeat")
-    if not named:
+    time, rate, open_yet = times(file, needed=bool(rate_said(file)))
+    streamed = bool(time or rate) and not (named and _once_each(named[0], file, six, labels))
+    if not (named or streamed):
         return None
-    entries = {"pose": of(named[0]), **mounts.attitude.entries}
+    entries = {**(time if streamed else {"pose": of(named[0])}), **mounts.attitude.entries}
     contact = file.of("contact")
     wide: dict[str, dict[str, Entry]] = {}
     said = said_above(file)
@@ -258,15 +274,27 @@ def _poses(
     return Plan(
         file, f"six-axis transducers at {len(legs)} hips while the robot stands in poses",
         "six axes of several legs, an attitude, and loads that are no leg's weight", "likely",
-        "pose-calib", "poses", entries, (), wide, "leg", None, leg_tables(legs, None),
+        "pose-calib", "still" if streamed else "poses", entries, (), wide, "leg",
+        rate if streamed else None, leg_tables(legs, None),
         blanks=(
             MASS,
-            Blank(("# position_m of each leg above, in m",),
-                  "no log says where the transducers sit"),
-            Blank(("# footcal hang-calib first, then pose-calib … --parameters …/parameters.json",),
-                  "standing poses need offsets and leg weights of a hanging calibration"),
+            Blank(("# position_m of each leg above, in m",), WHERE_LEGS),
+            HUNG_FIRST, *(open_yet if streamed else ()),
         ),
     )  # fmt: skip
+
+
+def _once_each(
+    pose: ColumnGuess, file: FileGuess, six: Mapping[str, object], labels: Sequence[ColumnGuess]
+) -> bool:
+    """Whether each pose has a row for each leg, no more; a number that counts rows names none.
+
+    Rows of a stream follow each other within a second.
+    """
+    rows = file.rows / (len(labels[0].words) if len(six) == 1 and labels else 1)
+    different = len(pose.words) or np.unique(numbers_of(pose)).size
+    often = (file.rate_hz or 0.0) > 1.0 and bool(file.of("time"))
+    return bool(different > _ROWS_OF_A_POSE * rows) and not (often and pose.quantity == "sequence")
 
 
 def _without(file: FileGuess, entries: Mapping[str, Entry]) -> FileGuess:

@@ -55,6 +55,8 @@ _FRAME = re.compile(r"\b\w*can\d*\s+[0-9A-Fa-f]{3,8}(?:#|\s+\[\d\])|^[tTrR][0-9A
 """A frame of a bus as candump or a serial adapter (slcan) writes it."""
 _FACTOR = re.compile(r"\s*1\.0e[+-]\d+\s*\*\s*")
 _COMPOUND = re.compile(r"\d+\s*(?:lbs?|st|kg)\.?\s+\d+(?:\.\d+)?\s*(?:oz|lbs?|g)\b")
+_PAIR = re.compile(r"\d\s*(?:kg|g|N|lbs?|oz|lbf|kgf)\s*(?:->|→|=>|:|=)\s*[-+]?\d")
+"""``200 g -> 8130000``."""
 _FRACTION = re.compile(r"(?<![\d/.-])(?:\d+/\d+|\d*\s?[½¼¾⅓⅔⅛⅜⅝⅞])\s*(?:lbs?|oz|kg|g)\b")
 _ABOVE = 40
 _LEAST_TABLE, _LEAST_WIDE = 6, 3
@@ -128,6 +130,13 @@ def guess_text(path: Path) -> TextGuess:
             f"'{parts[-1]}': a fraction is no number here", file=path,
             remedy="write it with decimals (1.25 lb for 1 1/4 lb)",
             example=("load_lb,counts", "0,8212638", "1.25,8141214"),
+        )  # fmt: skip
+    several = [line.strip() for line in rows if len(_PAIR.findall(line)) > 1]
+    if len(several) > 1:
+        raise DataError(
+            f"'{several[0]}': several weights and their readings in one line", file=path,
+            remedy="write each in a line of its own, with the cell, the weight and its reading",
+            example=("cell,load_g,counts", "fl,0,8212638", "fl,500,8141214"),
         )  # fmt: skip
     factor = next((line.strip() for line in lines[:_ABOVE] if _FACTOR.fullmatch(line)), "")
     if factor:

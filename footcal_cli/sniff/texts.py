@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, Quantity
 from footcal_cli.sniff.said_weights import said_weight, sums_of
@@ -82,7 +82,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         name = replace(name, quantity="other")
         return ColumnGuess(column, name, None, "likely", "the same stamp in every row")
     if iso:
-        return ColumnGuess(column, replace(name, quantity="time"), None, "sure", "ISO 8601 dates")
+        name, since = replace(name, quantity="time"), since_the_first(raw, "ISO8601")
+        return ColumnGuess(column, name, None, "sure", "ISO 8601 dates", stamps=since)
     form = date_format(some) if some else None
     if form is not None:
         name = replace(name, quantity="time")
@@ -204,15 +205,19 @@ def _in_their_rows(numbers: FloatArray, raw: RawColumn) -> FloatArray:
 
 
 def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) -> ColumnGuess | None:
-    """Weights that were put together, or none at all: ``1 lb + 2.5 lb``, ``empty``."""
+    """Weights that were put together, or none at all: ``1 lb + 2.5 lb``, ``empty``.
+
+    Cells between may be empty, as in a column of events: what was put on holds until the next one.
+    """
     different = tuple(dict.fromkeys(words))
-    if not 1 < len(different) <= FEW or raw.empty.any():
+    held = bool(raw.empty.any())
+    if not 1 < len(different) <= FEW:
         return None
     if name.quantity not in ("load", "unknown", "label", "other", "reading"):
         return None
     others = tuple(word for word in different if said_weight(word) is None)
     rows = sum(word in others for word in words)
-    if others and (name.quantity != "load" or rows > _RARE * len(words)):
+    if others and (held or name.quantity != "load" or rows > _RARE * len(words)):
         return None
     found = sums_of(word for word in different if word not in others)
     if found is None:
@@ -221,12 +226,22 @@ def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) ->
     values = np.array([loads.get(word, np.nan) for word in words])
     if np.nanmax(values) == np.nanmin(values):
         return None
-    why = "weights in words, added up"
+    at = np.cumsum(~raw.empty) - 1
+    values = np.where(at < 0, np.nan, values[at])
+    why = "weights in words, added up" + ", held until the next one" * held
     why += f"; {', '.join(others)} is none, such rows are left out" if others else ""
     return ColumnGuess(
         column, replace(name, quantity="load"), unit, "likely", why,
         values, names={word: f"{load:.10g}" for word, load in loads.items()}, missing=others,
+        held=held, codes=_where_typed(words, tuple(loads), raw) if held else None,
     )  # fmt: skip
+
+
+def _where_typed(words: list[str], different: tuple[str, ...], raw: RawColumn) -> IntArray:
+    """Which of some texts stands in each row, −1 where none does, shape (n,)."""
+    codes = np.full(len(raw.values), -1)
+    codes[~raw.empty] = [different.index(word) for word in words]
+    return codes
 
 
 def taking_turns(column: ColumnGuess) -> ColumnGuess:

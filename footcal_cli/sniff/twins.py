@@ -11,9 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.loads import loads_and_cells
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Plan
 from footcal_cli.sniff.weights import follow
 
@@ -21,7 +24,22 @@ _SAME = 1e-3
 """How far two copies of a force may be apart, as a share of its size."""
 
 
-def by_loaded_cell(group: list[FileGuess]) -> list[list[FileGuess]]:
+def by_experiment(group: list[FileGuess]) -> list[list[FileGuess]]:
+    """Logs with the same columns in groups: a robot that hangs and one that stands are two.
+
+    So are logs of cells in each of which another one carries the known load.
+    """
+    if len(group) < 2 or not wrenches(numbered(group[0])):
+        return _by_loaded_cell(group)
+    found: dict[str, list[FileGuess]] = {}
+    for file in group:
+        plan = plan_of(file)
+        found.setdefault("" if plan is None else plan.role, []).append(file)
+    kinds = found.keys() - {"hang"}
+    return list(found.values()) if len(found) == 2 and kinds < {"poses", "still"} else [group]
+
+
+def _by_loaded_cell(group: list[FileGuess]) -> list[list[FileGuess]]:
     """Logs in groups by the cell that carries the known load, where the others stand still."""
     found: dict[tuple[str, ...], list[FileGuess]] = {}
     for file in group if len(group) > 1 else ():

@@ -23,8 +23,10 @@ _ALSO = {
     "mv/v": "mV/V", "rad/s": "rad/s", "deg/s": "deg/s",
     "kn": "kN", "kilonewton": "kN", "mn": "mN", "hz": "",
     "mpa": "MPa", "n/mm²": "MPa", "n/mm2": "MPa", "gpa": "GPa",
-    "millimeter": "mm", "millimetre": "mm", "meter": "m", "metre": "m", "meters": "m",
-    "metres": "m", "s": "s", "m": "m", "n": "N", "dan": "daN", "decanewton": "daN",
+    "millimeter": "mm", "millimetre": "mm", "millimeters": "mm",
+    "millimetres": "mm", "centimeters": "cm", "centimetres": "cm",
+    "meter": "m", "metre": "m", "meters": "m", "metres": "m", "s": "s", "m": "m", "n": "N",
+    "dan": "daN", "decanewton": "daN",
     "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm", "мв": "mV",
     "كغ": "kg", "كجم": "kg", "غ": "g", "غرام": "g", "نيوتن": "N", "کیلوگرم": "kg", "گرم": "g",
     "किग्रा": "kg", "ग्राम": "g", "กก.": "kg", "กรัม": "g", "ק\"ג": "kg", "גרם": "g", "킬로그램": "kg",
@@ -33,7 +35,8 @@ _ALSO = {
 GRAVITY_MPS2 = 9.80665
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125, "mg": 1e-6}
 """In kg."""
-LENGTHS = ("m", "mm", "cm", "in", "ft")
+LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048}
+"""In m."""
 SHARES = ("%", "dB", "ppm")
 """Units of shares, which nothing that is calibrated here is given in."""
 NO_READING = ("mm", "cm", "um", "in", "deg", "rad", "degC", "degF", "m/s^2", "m/s", "rad/s",
@@ -52,7 +55,7 @@ _BRACKETED = re.compile(r"^(?P<stem>.*?)[\s_]*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\
 _WITHIN = re.compile(
     r"^(?P<stem>[^\[\](){}]*?)[\s_]*[\[(](?P<unit>[^\[\](){}]*)[\])](?P<after>[^\[\](){}]*)$"
 )
-"""A unit with words behind it: ``Force (N) + tension / - compression``."""
+"""A unit with words or an axis behind it: ``Force (N) + tension``, ``CoM (mm) X``."""
 _SPOKEN = re.compile(r"^(?P<stem>.*\S)\s+in\s+(?P<unit>\S+)$")
 """A unit that is spoken: ``Force in kN``."""
 _COUNTED = re.compile(r"(\d*\.?\d+(?:e-?\d+)?)\s*([A-Za-z·*/^²°.-]+)")
@@ -93,6 +96,11 @@ def _torque(text: str) -> str | None:
     return f"{found['pound'] or found['ounce']}f*{found['to'] or found['far']}".lower()
 
 
+def metres_per(unit: str | None) -> float:
+    """What 1 in a unit of lengths is in m; 1 where none is said, or it is none of lengths."""
+    return LENGTHS.get(unit or "m", 1.0)
+
+
 def known_unit(text: str) -> str | None:
     """A unit as footcal spells it, None where the text is none."""
     plain = text.strip().strip("[](){}<>").strip()
@@ -118,7 +126,7 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     within = _WITHIN.match(name)
     if (
         within
-        and re.search(r"[^\W\d_]{2}", within["after"])
+        and re.search(r"[^\W\d_]{2}|^\W*[xyzXYZ]$", within["after"])
         and (unit := known_unit(within["unit"]))
     ):
         return within["stem"] + within["after"], unit, 1.0

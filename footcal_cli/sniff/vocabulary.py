@@ -5,6 +5,7 @@ Room: sniff; asked by names.
 
 from __future__ import annotations
 
+import re
 from typing import Literal
 
 Quantity = Literal[
@@ -52,6 +53,21 @@ for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
 
+COUNTED = ("ch", "chan", "kanal", "canal")
+"""A small whole number that is called so says of which channel a row is. Groups of rows below a
+title are called ``channel`` whatever they are of, so that this word alone says less."""
+_CENTRE_OF = r"\bcent(?:er|re|ro)[\W_]*(?:of|de la|della|des?|di|do|du)?[\W_]*"
+SAID_OTHERWISE = tuple(
+    (re.compile(phrase, re.IGNORECASE), said) for phrase, said in (
+        (rf"{_CENTRE_OF}(?:pressure|pression[e]?|presi[oó]n|press[aã]o)(?![^\W_])"
+         r"|(?<![^\W_])druck(?:mittel)?punkt", "cop"),
+        (rf"{_CENTRE_OF}(?:mass[ae]?|masas?|gravity|gravité|gravedad|gravidade|gravità)(?![^\W_])"
+         r"|(?<![^\W_])(?:(?:massen)?(?:schwer|mittel)punkt|baricentro|barycentre|cdm|cdg|"
+         r"cog(?=[\W_]?[xyz](?![^\W_])))", "com"),
+        (r"(?<![^\W_])(?:pie|pied|piede|fuß|fuss|voet)(?![^\W\d_])", "foot"),
+    )
+)  # fmt: skip
+"""Phrases and words of other languages -> the word that is looked for."""
 EAST_ASIAN = {
     "左脚": "left foot", "右脚": "right foot", "左足": "left foot", "右足": "right foot",
     **{a + b: f"{x}{y}" for a, x in (("前", "f"), ("后", "r"), ("後", "r"))
@@ -61,3 +77,46 @@ EAST_ASIAN = {
     "质心": "com", "質心": "com", "重心": "com", "加速度": "acc", "位置": "position",
 }  # fmt: skip
 """Feet, places on them and the centre of mass, as Chinese and Japanese names write them."""
+
+PLACES = {
+    "fl": "fl", "fr": "fr", "rl": "rl", "rr": "rr", "bl": "rl", "br": "rr", "hl": "hl", "hr": "hr",
+    "ml": "ml", "mr": "mr", "lf": "fl", "rf": "fr", "lh": "hl", "rh": "hr", "lb": "rl", "rb": "rr",
+    "lm": "ml", "rm": "mr", "lr": "rl",
+}  # fmt: skip
+ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
+         "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f", "mitte": "m", "avant": "f",
+         "arrière": "r", "arriere": "r", "milieu": "m", "av": "f", "ar": "r", "anteriore": "f",
+         "posteriore": "r", "delantera": "f", "delantero": "f", "trasera": "r", "trasero": "r",
+         "dianteiro": "f", "traseiro": "r", "voor": "f", "achter": "r", "fram": "f", "bak": "r",
+         "передняя": "f", "задняя": "r"}  # fmt: skip
+BEHIND_AN_END = {"g": "left", "d": "right"}
+"""Sides by one letter behind an end of a foot, in French: AvG, ArD."""
+ITALIAN = {"sx": "left", "dx": "right"}
+OF_A_LEG = {"piede", "piedi", "foot", "gamba", "zampa", "suola", "cella", "anteriore",
+             "posteriore"}  # fmt: skip
+"""Words with which dx is a side, and no change of x."""
+SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
+          "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
+          "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",
+          "re": "right", "lt": "left", "rt": "right", "ftl": "left",
+          "ftr": "right", "footl": "left", "footr": "right",
+          "lleg": "left", "rleg": "right", "ll": "left",
+          **dict.fromkeys(("linke", "linker", "linkes", "izquierda", "izquierdo", "sinistra",
+                           "sinistro", "esquerda", "esquerdo", "vänster", "venstre", "левая",
+                           "левый"), "left"),
+          **dict.fromkeys(("rechte", "rechter", "rechtes", "derecha", "derecho", "destra",
+                           "destro", "direita", "direito", "höger", "højre", "правая",
+                           "правый"), "right")}  # fmt: skip
+ANGLES = {
+    word: axis
+    for axis, spellings in {
+        "roll": "roll bank rollwinkel wankwinkel rollen wanken roulis alabeo rollio "
+        "крен 横滚角 横滚 ロール角 ロール",
+        "pitch": "pitch elevation nickwinkel nicken tangage cabeceo beccheggio "
+        "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
+        "yaw": "yaw heading gierwinkel gieren lacet guiñada imbardata "
+        "рыскание 偏航角 偏航 ヨー角 ヨー",
+    }.items()
+    for word in spellings.split()
+}
+"""How the angles about x, y and z of a body are called."""

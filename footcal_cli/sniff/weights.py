@@ -36,6 +36,7 @@ from footcal_cli.sniff.which_cell import (
     ON_WHICH,
     cell_column,
     followers,
+    loaded_cell,
     named_alike,
     one_cell_moves,
 )
@@ -90,6 +91,9 @@ def weights(
             "as many loads as readings", "likely", "offline-fit", "weights_together",
             entries, tuple(named),
         )  # fmt: skip
+    if len(cells) > 1 and (on_which := loaded_cell(file, load, cells)) is not None:
+        labels = [on_which, *labels]
+        cells = [c for c in cells if c.column != on_which.column]
     if labels and len(cells) > 1:
         on = _one_at_a_time(file, load, labels, cells)
         if on is not None:
@@ -235,7 +239,7 @@ def _one_at_a_time(
         on = named_alike(label.words, cells) or followers(load, label, cells)
         if len(on) != len(label.words) or len({c.column for c in on.values()}) < 2:
             continue
-        entry, asked = load_entry(load)
+        entry, asked = load_entry(replace(load, held=load.held or label.held))
         wide = {
             word: {
                 "load_n": replace(entry, only_where={label.column: word}),

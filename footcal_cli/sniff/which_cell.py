@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -67,6 +68,44 @@ def followers(
             return {}
         found[word] = moved[0]
     return found if len({c.column for c in found.values()}) == len(found) else {}
+
+
+def loaded_cell(
+    file: FileGuess, load: ColumnGuess, cells: Sequence[ColumnGuess]
+) -> ColumnGuess | None:
+    """The column that says which cell the load lies on, whatever it is called; None without one.
+
+    In the rows of each of its words, or of its small whole numbers, one reading alone follows the
+    load, each time another. An empty cell means the word above it, as in merged cells of a sheet.
+    """
+    for column in file.columns:
+        others = [c for c in cells if c.column != column.column]
+        label = _as_label(column)
+        if label is None or len(others) < 2:
+            continue
+        if len(followers(load, label, others)) == len(label.words):
+            return label
+    return None
+
+
+def _as_label(column: ColumnGuess) -> ColumnGuess | None:
+    """A column as words that hold for rows; None for loads, stamps and what varies too much."""
+    if column.quantity in ("time", "load"):
+        return None
+    if column.values is not None:
+        empty = ~np.isfinite(column.values)
+        if not column.values.size or empty[0]:
+            return None
+        above = np.maximum.accumulate(np.where(empty, 0, np.arange(empty.size)))
+        found = numbers_as_labels(column.values[above], np.inf)
+        return found and replace(found, column=column.column, held=bool(empty.any()))
+    if column.codes is None or len(column.words) < 2 or column.codes.size == 0:
+        return None
+    gaps = column.codes < 0
+    if gaps[0]:
+        return None
+    above = np.maximum.accumulate(np.where(gaps, 0, np.arange(gaps.size)))
+    return replace(column, codes=column.codes[above], held=bool(gaps.any()))
 
 
 def one_cell_moves(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
@@ -137,6 +176,9 @@ def cell_column(
 def _numbers_and_places(file: FileGuess) -> list[ColumnGuess]:
     """Columns of few small whole numbers, and of places, that nothing else uses."""
     found = [c for c in file.of("placement") if c.codes is not None and len(c.words) > 1]
+    # a name that stands once above the rows it is of, as in merged cells of a sheet
+    merged = (_as_label(c) for c in file.of("other") if c.codes is not None)
+    found += [c for c in merged if c is not None and c.held]
     for column in file.of("unknown", "placement", "sequence", "reading"):
         if (
             column.values is not None

@@ -17,7 +17,7 @@ from footcal_cli.tables.reading import ForeignColumn, Layout, Reading
 from footcal_cli.tables.units import conversion
 
 
-def _held(raw: RawColumn) -> RawColumn:
+def held(raw: RawColumn) -> RawColumn:
     """A column whose empty cells mean what stands above them."""
     above = np.maximum.accumulate(np.where(raw.empty, -1, np.arange(len(raw.values))))
     values = raw.values[np.maximum(above, 0)]
@@ -48,7 +48,7 @@ def _number_of(word: str) -> float | None:
 
 def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) -> RawColumn:
     """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
-    raw = _held(raw) if place.held else raw
+    raw = held(raw) if place.held else raw
     raw = _without_reading(raw, place, reading.layout) if place.missing else raw
     if raw.kind != "text" or not (place.pattern or place.names):
         return raw

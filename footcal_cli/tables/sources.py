@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
-from footcal_cli.tables.cells import cell_of
+from footcal_cli.tables.cells import cell_of, held
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names, raw_columns
 from footcal_cli.tables.rawcolumn import RawColumn
@@ -230,13 +230,17 @@ def _plus(
 def _only_where(
     raw: RawColumn, columns: Mapping[str, RawColumn], place: ForeignColumn
 ) -> RawColumn:
-    """Numbers that are 0 where another column does not say a certain text."""
+    """Numbers that are 0 where another column does not say a certain text.
+
+    Where empty cells of the numbers mean what stands above them, so do those of that column.
+    """
     elsewhere = np.zeros(len(raw.values), dtype=bool)
     nothing = raw.empty.copy()
     for name, said in place.only_where.items():
-        words = columns[name].values.tolist()
+        said_by = held(columns[name]) if place.held else columns[name]
+        words = said_by.values.tolist()
         elsewhere |= np.array([str(word).strip() != said for word in words])
-        nothing &= columns[name].empty
+        nothing &= said_by.empty
     values = raw.values.copy()
     values[elsewhere & ~nothing] = "0" if raw.kind == "text" else 0
     return replace(raw, values=values, empty=raw.empty & ~elsewhere | nothing)

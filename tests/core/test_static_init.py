@@ -210,7 +210,7 @@ def test_an_acceleration_that_is_all_noise_does_not_hide_the_stances() -> None:
     """The second derivative of a CoM that motion capture has within a millimetre."""
     made = make_standing(3, 1, replace=False)
     log = stand_log(made)
-    noise = np.random.default_rng(1).normal(0.0, 1.0, (len(log), 3))
+    noise = np.random.default_rng(1).normal(0.0, 0.4, (len(log), 3))
     noisy = log.with_known(com_acc_mps2=log.known["com_acc_mps2"] + noise)
     forces, rule = belief_of(made).forces(log.readings), QuietRule(warm_s=0.25)
     quiet = select_quiet(noisy, forces, rule=rule)

@@ -37,6 +37,12 @@ from tests.strangers import (
     thirteenth_bench,
     thirteenth_robots,
     thirtieth,
+    thirty_first,
+    thirty_first_robots,
+    thirty_first_stands,
+    thirty_fourth,
+    thirty_second,
+    thirty_third,
     turned,
     twelfth_bench,
     twelfth_robots,
@@ -106,6 +112,9 @@ SAMPLE = (
     twenty_ninth.monitor_and_protocol, twenty_ninth.smart_home,
     twenty_ninth.registers_of_a_master, twenty_ninth.plates_that_point_down,
     *thirtieth.THIRTIETH,
+    thirty_first.italian_amplifier, thirty_first.merged_feet, thirty_first.tare_and_weights,
+    thirty_first_stands.merged_french_stand, thirty_first_stands.motive_and_cells,
+    thirty_first_robots.legs_in_their_files, thirty_first_robots.numbered_legs_and_hips,
     twenty_seventh.ros_json_of_two_arms, twenty_seventh.comment_column_of_loads,
 
 )  # fmt: skip
@@ -115,6 +124,7 @@ SAMPLE = (
 NOT_READ: dict[str, set[str]] = {
     "twenty_seventh": {"counts_with_their_sign_apart"},
     "twenty_eighth": {"si_suffixes", "telegraf_tags_in_a_cell"},
+    "thirty_third": {"notes_of_who_lay_where"},
 }
 """Logs that end with a refusal which does not lead on, by corpus; docs/bring_your_log.md."""
 
@@ -139,6 +149,10 @@ CORPORA = {
     "twenty_fifth": twenty_fifth.TWENTY_FIFTH, "twenty_sixth": twenty_sixth.TWENTY_SIXTH,
     "twenty_seventh": twenty_seventh.TWENTY_SEVENTH, "twenty_ninth": twenty_ninth.TWENTY_NINTH,
     "thirtieth": thirtieth.THIRTIETH,
+    "thirty_first": (
+        *thirty_first.THIRTY_FIRST_BENCH, *thirty_first_stands.THIRTY_FIRST_STANDS,
+        *thirty_first_robots.THIRTY_FIRST_ROBOTS,
+    ),
     "twenty_eighth": (
         *twenty_eighth_bench.TWENTY_EIGHTH_BENCH, *twenty_eighth_robots.TWENTY_EIGHTH_ROBOTS
     ),
@@ -148,6 +162,8 @@ CORPORA = {
     "sixteenth": (
         *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
     ),
+    "thirty_second": thirty_second.THIRTY_SECOND, "thirty_third": thirty_third.THIRTY_THIRD,
+    "thirty_fourth": thirty_fourth.THIRTY_FOURTH,
     "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
     "sixth": (
         *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS

@@ -128,12 +128,12 @@ def vald_forcedecks(to: Path, rng: Rng) -> Made:
 
 
 def dog_with_its_mass_above(to: Path, rng: Rng) -> Made:
-    """Four feet of a dog-sized robot; its mass stands in a remark above."""
+    """Four feet of a dog-sized robot; the mass in a remark above is no mass of their 120 N."""
     n = 300
     feet = rng.normal(30, 1, (4, n))
     head = ["# robot: pupper, mass: 2.1 kg", "t,FL_force_N,FR_force_N,RL_force_N,RR_force_N"]
     body = rows(np.arange(n) / 100, *feet, form="%.4f")
-    return Made([write(to / "stance.csv", [*head, *body])], says="weigh")
+    return Made([write(to / "stance.csv", [*head, *body])], says="no mass of 2.1 kg")
 
 
 def op3_serial(to: Path, rng: Rng) -> Made:
