@@ -86,7 +86,9 @@ def on_still_feet(
     entries = dict(body)
     for foot, place in zip(feet, places.tolist(), strict=True):
         for axis, value in zip("xyz", (*place, 0.0), strict=True):
-            entries[f"{foot}_foot_{axis}_m"] = Entry(value=f"{value + 0.0:.3f}", why=why)
+            entries[f"{foot}_foot_{axis}_m"] = Entry(
+                value=f"{value + 0.0:.3f}", sure="likely" if axis == "z" else "guess", why=why
+            )
     return StillFeet(entries)
 
 
