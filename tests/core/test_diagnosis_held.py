@@ -17,7 +17,13 @@ from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.tracking import GAIN_SD, Tracking, gain_and_bias
+from footcal_cli.core.inference.tracking import (
+    GAIN_SD,
+    Tracking,
+    Walk,
+    gain_and_bias,
+    stretches_of,
+)
 from footcal_cli.core.inference.whitening import Noise, RowWhitener
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -46,7 +52,8 @@ def test_what_is_held_has_its_prior_and_all_blocks_share_it() -> None:
         held=held[:, None],
     )  # fmt: skip
     white = RowWhitener(np.zeros((1, 1)), np.ones(1), problem.output, problem.sequence)
-    noise = Noise(white, 1.0, np.zeros(1))
+    assert problem.tracking is not None
+    noise = Noise(white, Walk(np.zeros(1), stretches_of(problem.tracking, block)))
     grams, _ = whitened_grams(problem, np.empty((m, 0)), noise)
     found = scores(grams.inner, grams.calibration, grams.candidates)
     rest = ~learning

@@ -19,9 +19,16 @@ from footcal_cli.core.inference.products import (
     partial_out,
     with_known,
 )
-from footcal_cli.core.inference.tracking import PART_S, Tracking, innovations, parts_of, starts_of
+from footcal_cli.core.inference.tracking import (
+    PART_S,
+    Tracking,
+    Walk,
+    innovations,
+    parts_of,
+    starts_of,
+)
 from footcal_cli.core.inference.wandering import variance_beside, wandering_columns
-from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener, kept_tracking
+from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _FREE = 1e8
@@ -56,8 +63,6 @@ class Grams:
     calibration, wandering, candidates, features
         Column numbers of each part; the residual is the last column. `calibration` is what all
         blocks share: accepted effects too, and nothing but them where the calibration drifts.
-    autocorrelation_time
-        Of the residual before whitening, in rows.
     """
 
     inner: Products
@@ -71,7 +76,6 @@ class Grams:
     wandering: IntArray
     candidates: IntArray
     features: IntArray
-    autocorrelation_time: float
 
     @property
     def blocks(self) -> int:
@@ -118,7 +122,7 @@ def whitened_grams(
         `by_output` and `energy` are then empty.
     """
     noise = noise or problem.law
-    whitener, tau = noise.whitener, noise.autocorrelation_time
+    whitener = noise.whitener
     kept = whitener.kept
     tracked = problem.tracking is not None
     wandering = wandering_columns(problem, whitener)
@@ -141,9 +145,11 @@ def whitened_grams(
     # how far the prediction of a tracked calibration is off depends on the slow noise that it
     # starts from; the innovations are what a model answers for
     plain = rows if tracked and counted else block_products(raw, problem.block, problem.blocks)
-    short = np.delete(raw, np.concatenate(numbers[2:]), axis=1) if counted else raw
-    of = [problem.output == o for o in range(len(problem.outputs))]
-    by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
+    by_output: tuple[Products, ...] = ()
+    if counted:
+        short = np.delete(raw, np.concatenate(numbers[2:]), axis=1)
+        of = [problem.output == o for o in range(len(problem.outputs))]
+        by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
     energy = _energies(raw, problem.output, len(problem.outputs))
     if problem.drifts:
         if problem.held is not None:
@@ -170,7 +176,6 @@ def whitened_grams(
             inner=inner, within=within, rows=rows, plain=plain, by_output=by_output, energy=energy,
             visible=np.sqrt(np.divide(shown, norm, out=np.zeros_like(norm), where=norm > 0)),
             calibration=base, wandering=numbers[2], candidates=numbers[3], features=numbers[4],
-            autocorrelation_time=tau,
         ),
         whitener,
     )  # fmt: skip
@@ -182,7 +187,7 @@ def _tracked(
     raw: FloatArray,
     kept: IntArray,
     calibration: IntArray,
-    walk: FloatArray | None,
+    walk: Walk | None,
 ) -> FloatArray:
     """Gram matrices of the whitened innovations per block; `raw` is left with what is unpredicted.
 
@@ -191,27 +196,26 @@ def _tracked(
     tracking = problem.tracking
     assert tracking is not None
     assert walk is not None
-    there = kept_tracking(tracking, kept)
-    stretches = parts_of(there, problem.block[kept])
-    own = _raw_stretches(problem, tracking, kept, stretches) if raw.shape[1] else None
+    stretches = [kept[stretch.rows] for stretch in walk.stretches]
+    own = _raw_stretches(problem, tracking, stretches) if raw.shape[1] else None
     # while the filter still learns where the calibration stands, what it cannot predict says so
     # and nothing else: the first block of each recording is no evidence
     learning = {int(problem.block[tracking.recording == r].min()) for r in
                 np.unique(tracking.recording)}  # fmt: skip
     grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
-    passed = innovations(white, calibration, stretches, walk, there)
-    for i, (predicted, gram) in enumerate(passed):
-        block = int(problem.block[kept[stretches[i][0]]])
+    for i, (predicted, gram) in enumerate(innovations(white, calibration, walk)):
+        block = int(problem.block[stretches[i][0]])
         if block not in learning:
             grams[block] += gram
         if own is not None:
             raw[own[i]] -= raw[np.ix_(own[i], calibration)] @ predicted
-    raw[np.isin(problem.block, list(learning))] = 0.0
+    if own is not None:
+        raw[np.isin(problem.block, list(learning))] = 0.0
     return grams
 
 
 def _raw_stretches(
-    problem: Problem, tracking: Tracking, kept: IntArray, stretches: Sequence[IntArray]
+    problem: Problem, tracking: Tracking, stretches: Sequence[IntArray]
 ) -> list[IntArray]:
     """Rows that belong to each stretch of kept rows, the starts of sequences among them."""
     starts = starts_of(tracking, problem.block)
@@ -222,7 +226,7 @@ def _raw_stretches(
 
     partner = {key(rows): rows for rows in parts_of(tracking, problem.block)}
     # a stretch whose kept rows have their middle in the one before has no rows left there
-    return [partner.pop(key(kept[rows]), kept[:0]) for rows in stretches]
+    return [partner.pop(key(rows), rows[:0]) for rows in stretches]
 
 
 def _free_in_every_block(

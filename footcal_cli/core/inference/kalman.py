@@ -110,23 +110,27 @@ def correct(mean: FloatArray, cov: FloatArray, found: Innovation) -> tuple[Float
     return (mean + (turned @ found.standard[..., None])[..., 0], cov - turned @ found.weight)
 
 
-def correct_by_products(cov: FloatArray, products: FloatArray) -> FloatArray:
+def correct_by_products(
+    cov: FloatArray, products: FloatArray, whole: FloatArray | None = None
+) -> FloatArray:
     """The same correction by many rows of unit noise at once, from their products ``Hᵀ H`` alone.
 
     ``(P⁻¹ + HᵀH)⁻¹ = (1 + P HᵀH)⁻¹ P``: no P is inverted.
+
+    Parameters
+    ----------
+    whole
+        Filled with ``1 + P HᵀH``, if given: its determinant is that of ``1 + H P Hᵀ``.
 
     Returns
     -------
     P after them, shape (…, s, s)
     """
-    after = np.linalg.solve(np.eye(products.shape[-1]) + cov @ products, cov)
+    whole = np.matmul(cov, products, out=whole)
+    at = np.arange(products.shape[-1])
+    whole[..., at, at] += 1.0
+    after = np.linalg.solve(whole, cov)
     return np.asarray(0.5 * (after + np.swapaxes(after, -1, -2)), dtype=np.float64)
-
-
-def log_det_by_products(cov: FloatArray, products: FloatArray) -> FloatArray:
-    """``ln det (1 + H P Hᵀ)`` of such rows before them, shape (…)."""
-    whole = np.eye(products.shape[-1]) + cov @ products
-    return np.asarray(np.linalg.slogdet(whole)[1], dtype=np.float64)
 
 
 def information(cov: FloatArray, weight: FloatArray) -> float:

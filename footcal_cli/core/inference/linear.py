@@ -8,6 +8,7 @@ from scipy import linalg, optimize
 from footcal_cli.core.parameters import FloatArray
 
 _NEARLY_EXACT = 1e-12
+_CLEARLY_SEEN = 1e-3  # of the diagonal of a pivoted QR: no column depends on the others
 
 
 def unit_columns(columns: FloatArray) -> FloatArray:
@@ -31,6 +32,28 @@ def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
     """
     left, singular, _ = np.linalg.svd(_of_norm_one(columns), full_matrices=False)
     return np.asarray(left[:, singular > rcond * singular.max(initial=0.0)])
+
+
+def orthogonal(columns: FloatArray, rcond: float) -> FloatArray:
+    """As `orthonormal`, by a pivoted QR: a fit to it is that of `left_by`.
+
+    Parameters
+    ----------
+    rcond
+        As in `left_by`.
+    """
+    scaled = _of_norm_one(columns)
+    if not scaled.shape[1]:
+        return scaled
+    basis, upper, _ = linalg.qr(scaled, mode="economic", pivoting=True, check_finite=False)
+    rank = basis.shape[1]
+    if abs(upper[-1, rank - 1]) < _CLEARLY_SEEN * abs(upper[0, 0]):
+        # gelsy's rank: its condition estimate sees more than the diagonal of R
+        target = scaled[:, 0]
+        rank = linalg.lstsq(scaled, target, cond=rcond, lapack_driver="gelsy", check_finite=False)[
+            2
+        ]
+    return np.asarray(basis[:, :rank])
 
 
 def rank_of(singular: FloatArray, shape: tuple[int, ...]) -> tuple[int, float]:
