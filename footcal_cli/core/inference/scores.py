@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.inference.grams import Grams
-from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.linear import regressed
 from footcal_cli.core.inference.products import Products
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -84,7 +84,7 @@ def coefficients(gram: FloatArray, base: IntArray, columns: IntArray) -> FloatAr
 def _regressed(square: FloatArray, cross: FloatArray) -> FloatArray:
     """Regression from the products of a base with itself and with what is regressed on it."""
     # a parameter that only the left-out block knows has nothing to be fitted to
-    return np.asarray(scaled_inverse(square, _RCOND, _EMPTY) @ cross)
+    return regressed(square, cross, _RCOND, _EMPTY)
 
 
 def held_out_loss(inner: Products, base: IntArray, judged: Products | None = None) -> FloatArray:
