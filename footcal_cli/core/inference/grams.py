@@ -11,9 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.inference.kalman import standardised
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.products import (
+    MOST_AT_ONCE,
     Dense,
+    Lazy,
     Products,
     block_products,
     partial_out,
@@ -137,7 +140,7 @@ def whitened_grams(
     if not counted:
         raw = raw[:, :0]
     if tracked:
-        rows: Products = Dense(_tracked(problem, white, raw, kept, numbers[0], noise.walk))
+        rows = _tracked(problem, white, raw, kept, numbers[0], noise.walk)
     else:
         if problem.drifts:
             raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
@@ -188,8 +191,8 @@ def _tracked(
     kept: IntArray,
     calibration: IntArray,
     walk: Walk | None,
-) -> FloatArray:
-    """Gram matrices of the whitened innovations per block; `raw` is left with what is unpredicted.
+) -> Products:
+    """Products of the whitened innovations of each block; `raw` is left with what is unpredicted.
 
     A `raw` without columns stays so.
     """
@@ -202,16 +205,22 @@ def _tracked(
     # and nothing else: the first block of each recording is no evidence
     learning = {int(problem.block[tracking.recording == r].min()) for r in
                 np.unique(tracking.recording)}  # fmt: skip
-    grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
-    for i, (predicted, gram) in enumerate(innovations(white, calibration, walk)):
+    few = white.shape[1] <= MOST_AT_ONCE
+    grams = np.zeros((problem.blocks if few else 0, white.shape[1], white.shape[1]))
+    shown = [[white[:0]] for _ in range(problem.blocks)]
+    for i, (predicted, left, (before, after)) in enumerate(innovations(white, calibration, walk)):
         block = int(problem.block[stretches[i][0]])
-        if block not in learning:
-            grams[block] += gram
+        j = white[np.ix_(walk.stretches[i].rows, calibration)]
+        if block not in learning and few:
+            j_left = j.T @ left
+            grams[block] += left.T @ left - j_left.T @ after @ j_left
+        elif block not in learning:
+            shown[block].append(standardised(left, j, before))
         if own is not None:
             raw[own[i]] -= raw[np.ix_(own[i], calibration)] @ predicted
     if own is not None:
         raw[np.isin(problem.block, list(learning))] = 0.0
-    return grams
+    return Dense(grams) if few else Lazy([np.vstack(rows) for rows in shown])
 
 
 def _raw_stretches(

@@ -133,6 +133,24 @@ def correct_by_products(
     return np.asarray(0.5 * (after + np.swapaxes(after, -1, -2)), dtype=np.float64)
 
 
+def standardised(left: FloatArray, rows: FloatArray, cov: FloatArray) -> FloatArray:
+    """Innovations of unit noise made independent with variance 1, ``(1 + H P Hᵀ)^−½ ν``.
+
+    With ``H = Q R`` and ``1 + R P Rᵀ = V S Vᵀ``: ``ν + Q V (S^−½ − 1) Vᵀ Qᵀ ν``.
+
+    Parameters
+    ----------
+    left
+        ν of any number of columns, shape (k, n).
+    rows, cov
+        H, shape (k, s), and P before them, shape (s, s).
+    """
+    basis, upper = np.linalg.qr(rows)
+    values, vectors = np.linalg.eigh(np.eye(len(upper)) + upper @ cov @ upper.T)
+    turned = basis @ vectors
+    return np.asarray(left + turned @ ((values**-0.5 - 1.0)[:, None] * (turned.T @ left)))
+
+
 def information(cov: FloatArray, weight: FloatArray) -> float:
     """``½ ln (det P / det (P − Wᵀ W))``: what an update teaches about some states.
 

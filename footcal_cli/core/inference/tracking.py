@@ -233,7 +233,7 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
 
 def innovations(
     white: FloatArray, calibration: IntArray, walk: Walk
-) -> Iterator[tuple[FloatArray, FloatArray]]:
+) -> Iterator[tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]]:
     """Pass all columns through the filter, stretch by stretch.
 
     Parameters
@@ -249,8 +249,10 @@ def innovations(
     ------
     predicted
         Coefficients of the calibration in every column before the stretch was seen, shape (p, n).
-    gram
-        ``X' S⁻¹ X`` of its innovations, shape (n, n).
+    left
+        Innovations of the stretch, shape (k, n).
+    covs
+        Covariance of the calibration before and after it, shape (p, p) each.
     """
     p, n = calibration.size, white.shape[1]
     mean, cov = np.zeros((p, n)), np.eye(p)
@@ -262,7 +264,7 @@ def innovations(
         part = white[stretch.rows]
         j = part[:, calibration]
         left = part - j @ mean
-        j_left = j.T @ left
-        cov = correct_by_products(cov, j.T @ j)
-        yield mean, left.T @ left - j_left.T @ cov @ j_left
-        mean = mean + cov @ j_left
+        after = correct_by_products(cov, j.T @ j)
+        yield mean, left, (cov, after)
+        cov = after
+        mean = mean + cov @ (j.T @ left)
