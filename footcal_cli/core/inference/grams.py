@@ -16,7 +16,6 @@ from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.products import (
     MOST_AT_ONCE,
     Dense,
-    Lazy,
     Products,
     block_products,
     partial_out,
@@ -207,7 +206,6 @@ def _tracked(
                 np.unique(tracking.recording)}  # fmt: skip
     few = white.shape[1] <= MOST_AT_ONCE
     grams = np.zeros((problem.blocks if few else 0, white.shape[1], white.shape[1]))
-    shown = [[white[:0]] for _ in range(problem.blocks)]
     for i, (predicted, left, (before, after)) in enumerate(innovations(white, calibration, walk)):
         block = int(problem.block[stretches[i][0]])
         j = white[np.ix_(walk.stretches[i].rows, calibration)]
@@ -215,12 +213,15 @@ def _tracked(
             j_left = j.T @ left
             grams[block] += left.T @ left - j_left.T @ after @ j_left
         elif block not in learning:
-            shown[block].append(standardised(left, j, before))
+            # of many columns no second copy: each stretch is read once
+            white[walk.stretches[i].rows] = standardised(left, j, before)
+        else:
+            white[walk.stretches[i].rows] = 0.0
         if own is not None:
             raw[own[i]] -= raw[np.ix_(own[i], calibration)] @ predicted
     if own is not None:
         raw[np.isin(problem.block, list(learning))] = 0.0
-    return Dense(grams) if few else Lazy([np.vstack(rows) for rows in shown])
+    return Dense(grams) if few else block_products(white, problem.block[kept], problem.blocks)
 
 
 def _raw_stretches(
