@@ -16,8 +16,15 @@ from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.products import MOST_AT_ONCE
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.tracking import GAIN_SD, Tracking, gain_and_bias
+from footcal_cli.core.inference.tracking import (
+    GAIN_SD,
+    Tracking,
+    Walk,
+    gain_and_bias,
+    stretches_of,
+)
 from footcal_cli.core.inference.whitening import Noise, RowWhitener
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -36,17 +43,19 @@ def test_what_is_held_has_its_prior_and_all_blocks_share_it() -> None:
     learning = block == 0  # where the tracked bias is learnt, which nothing else touches
     held, one = np.where(learning, 0.0, held), np.where(learning, 0.0, one)
     residual = 0.4 * one + rng.normal(size=m)
+    one_of = Signature("a", "a", "robot", "-")
     problem = Problem(
         residual=residual, calibration=learning[:, None].astype(float),
         calibration_names=("bias",), columns=one[:, None],
-        signatures=(Signature("a", "a", "robot", "-"),), block=block,
+        signatures=(one_of,), block=block,
         output=np.zeros(m, dtype=np.int64), sequence=block, outputs=("f",), units=("N",),
         noise=np.ones(m), tolerance=np.ones(1), rate_hz=20.0, drifts=True,
         tracking=Tracking(np.arange(m) / 20.0, np.zeros(m, dtype=np.int64), np.zeros(1, dtype=int)),
         held=held[:, None],
     )  # fmt: skip
     white = RowWhitener(np.zeros((1, 1)), np.ones(1), problem.output, problem.sequence)
-    noise = Noise(white, 1.0, np.zeros(1))
+    assert problem.tracking is not None
+    noise = Noise(white, Walk(np.zeros(1), stretches_of(problem.tracking, block)))
     grams, _ = whitened_grams(problem, np.empty((m, 0)), noise)
     found = scores(grams.inner, grams.calibration, grams.candidates)
     rest = ~learning
@@ -56,6 +65,13 @@ def test_what_is_held_has_its_prior_and_all_blocks_share_it() -> None:
     assert found.size[0] == pytest.approx(expected, rel=1e-9)
     free = scores(grams.inner, grams.candidates[:0], grams.candidates).size[0]
     assert abs(expected - free) > 1e-3
+    # of many candidates the innovations are kept, not all their products
+    many = replace(
+        problem, columns=np.tile(problem.columns, MOST_AT_ONCE), signatures=MOST_AT_ONCE * (one_of,)
+    )
+    kept, _ = whitened_grams(many, np.empty((m, 0)), noise)
+    sizes = scores(kept.inner, kept.calibration, kept.candidates).size
+    np.testing.assert_allclose(sizes, found.size[0], rtol=1e-9)
 
 
 def test_cells_differ_from_a_common_gain_by_what_weights_left_open() -> None:

@@ -193,7 +193,7 @@ def test_few_rows_are_as_noisy_as_they_are_about_one_calibration() -> None:
     """However far off the calibration stands: no placement has rows enough for one of its own."""
     few = hung(0, 0.0)
     far = replace(few, residual=few.residual + 50.0 * few.calibration.sum(axis=1))
-    near, off = fit_row_whitener(few)[0].sd, fit_row_whitener(far)[0].sd
+    near, off = fit_row_whitener(few).sd, fit_row_whitener(far).sd
     np.testing.assert_allclose(off, near, rtol=1e-9)
     np.testing.assert_allclose(near, 1.0, rtol=0.3)
 

@@ -17,13 +17,14 @@ from footcal_cli.core.diagnosis.rig import Rig, rig_of
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.signatures import SWITCHES
+from footcal_cli.core.inference.whitening import longest_memory
 
 _NEAREST = 3
 
 
 def rig_at(found: Investigation) -> Rig:
     """Robot, loads and noise of a diagnosis."""
-    return rig_of(found.case, found.problem, found.rounds[0].grams.autocorrelation_time)
+    return rig_of(found.case, found.problem, longest_memory(found.problem))
 
 
 def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:

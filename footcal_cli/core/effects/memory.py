@@ -178,7 +178,9 @@ def low_pass(
     below zero, so that the signature at τ = 0 is the delay's.
     """
     fresh, decay, gain, x_before, y_before = _low_pass_terms(x, time_s, time_constant_s, state)
-    drive = np.where(fresh, x, (1.0 - gain) * x + (gain - decay) * x_before)
+    drive = np.multiply(gain - decay, x_before, out=x_before)
+    drive += (1.0 - gain) * x
+    np.copyto(drive, x, where=fresh)
     y = linear_recurrence(np.where(fresh, 0.0, decay), drive, y_before)
     return y, (float(time_s[-1]), x[-1], y[-1])
 
@@ -189,7 +191,10 @@ def invert_low_pass(
     """The input that `low_pass` turned into y; exact."""
     swapped = None if state is None else (state[0], state[2], state[1])
     fresh, decay, gain, y_before, x_before = _low_pass_terms(y, time_s, time_constant_s, swapped)
-    drive = np.where(fresh, y, (y - decay * y_before) / (1.0 - gain))
+    drive = np.multiply(decay, y_before, out=y_before)
+    np.subtract(y, drive, out=drive)
+    drive /= 1.0 - gain
+    np.copyto(drive, y, where=fresh)
     x = linear_recurrence(np.where(fresh, 0.0, (decay - gain) / (1.0 - gain)), drive, x_before)
     return x, (float(time_s[-1]), x[-1], y[-1])
 

@@ -83,19 +83,25 @@ def cell_balance(log: Log, reference: Reference) -> Balance:
     ``fz = Σ fᵢ − F_ref``, ``mx = Σ (yᵢ − p_refʸ) fᵢ``, ``my = −Σ (xᵢ − p_refˣ) fᵢ``.
     """
     forces, known = log.readings, len(CELL_TOTALS)
-    total = forces.sum(axis=1)
-    moment = np.einsum("nca,nc->na", log.known["cell_pos_m"], forces)
-    moment -= reference.cop_m * total[:, None]
+    # a product is many times faster than a sum over a few columns
+    total = forces @ np.ones(forces.shape[1])
+    lever_x, lever_y = log.of_known(_levers)
     error = np.empty((len(log), known + forces.shape[1]))
     np.subtract(total, reference.fz_n, out=error[:, 0])
-    error[:, 1] = moment[:, 1]
-    np.negative(moment[:, 0], out=error[:, 2])
+    error[:, 1] = np.einsum("nc,nc->n", lever_y, forces) - reference.cop_m[:, 1] * total
+    error[:, 2] = reference.cop_m[:, 0] * total - np.einsum("nc,nc->n", lever_x, forces)
     error[:, known:] = forces
     return Balance(
         outputs=(*CELL_TOTALS, *log.channels),
         units=("N", "Nm", "Nm", *["N"] * len(log.channels)),
         **_counted(log, error, known, reference.fz_n > least_force_n(log)),
     )
+
+
+def _levers(log: Log) -> tuple[FloatArray, FloatArray]:
+    """Places of the cells along x and y, shape (n, c) each."""
+    x, y = np.moveaxis(log.known["cell_pos_m"], -1, 0)
+    return np.ascontiguousarray(x), np.ascontiguousarray(y)
 
 
 def least_force_n(log: Log) -> FloatArray | float:

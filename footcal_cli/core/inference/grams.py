@@ -11,17 +11,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.inference.kalman import standardised
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.products import (
+    MOST_AT_ONCE,
     Dense,
     Products,
     block_products,
     partial_out,
     with_known,
 )
-from footcal_cli.core.inference.tracking import PART_S, Tracking, innovations, parts_of, starts_of
+from footcal_cli.core.inference.tracking import (
+    PART_S,
+    Tracking,
+    Walk,
+    innovations,
+    parts_of,
+    starts_of,
+)
 from footcal_cli.core.inference.wandering import variance_beside, wandering_columns
-from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener, kept_tracking
+from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _FREE = 1e8
@@ -56,8 +65,6 @@ class Grams:
     calibration, wandering, candidates, features
         Column numbers of each part; the residual is the last column. `calibration` is what all
         blocks share: accepted effects too, and nothing but them where the calibration drifts.
-    autocorrelation_time
-        Of the residual before whitening, in rows.
     """
 
     inner: Products
@@ -71,7 +78,6 @@ class Grams:
     wandering: IntArray
     candidates: IntArray
     features: IntArray
-    autocorrelation_time: float
 
     @property
     def blocks(self) -> int:
@@ -118,7 +124,7 @@ def whitened_grams(
         `by_output` and `energy` are then empty.
     """
     noise = noise or problem.law
-    whitener, tau = noise.whitener, noise.autocorrelation_time
+    whitener = noise.whitener
     kept = whitener.kept
     tracked = problem.tracking is not None
     wandering = wandering_columns(problem, whitener)
@@ -133,7 +139,7 @@ def whitened_grams(
     if not counted:
         raw = raw[:, :0]
     if tracked:
-        rows: Products = Dense(_tracked(problem, white, raw, kept, numbers[0], noise.walk))
+        rows = _tracked(problem, white, raw, kept, numbers[0], noise.walk)
     else:
         if problem.drifts:
             raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
@@ -141,9 +147,11 @@ def whitened_grams(
     # how far the prediction of a tracked calibration is off depends on the slow noise that it
     # starts from; the innovations are what a model answers for
     plain = rows if tracked and counted else block_products(raw, problem.block, problem.blocks)
-    short = np.delete(raw, np.concatenate(numbers[2:]), axis=1) if counted else raw
-    of = [problem.output == o for o in range(len(problem.outputs))]
-    by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
+    by_output: tuple[Products, ...] = ()
+    if counted:
+        short = np.delete(raw, np.concatenate(numbers[2:]), axis=1)
+        of = [problem.output == o for o in range(len(problem.outputs))]
+        by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
     energy = _energies(raw, problem.output, len(problem.outputs))
     if problem.drifts:
         if problem.held is not None:
@@ -170,7 +178,6 @@ def whitened_grams(
             inner=inner, within=within, rows=rows, plain=plain, by_output=by_output, energy=energy,
             visible=np.sqrt(np.divide(shown, norm, out=np.zeros_like(norm), where=norm > 0)),
             calibration=base, wandering=numbers[2], candidates=numbers[3], features=numbers[4],
-            autocorrelation_time=tau,
         ),
         whitener,
     )  # fmt: skip
@@ -182,36 +189,43 @@ def _tracked(
     raw: FloatArray,
     kept: IntArray,
     calibration: IntArray,
-    walk: FloatArray | None,
-) -> FloatArray:
-    """Gram matrices of the whitened innovations per block; `raw` is left with what is unpredicted.
+    walk: Walk | None,
+) -> Products:
+    """Products of the whitened innovations of each block; `raw` is left with what is unpredicted.
 
     A `raw` without columns stays so.
     """
     tracking = problem.tracking
     assert tracking is not None
     assert walk is not None
-    there = kept_tracking(tracking, kept)
-    stretches = parts_of(there, problem.block[kept])
-    own = _raw_stretches(problem, tracking, kept, stretches) if raw.shape[1] else None
+    stretches = [kept[stretch.rows] for stretch in walk.stretches]
+    own = _raw_stretches(problem, tracking, stretches) if raw.shape[1] else None
     # while the filter still learns where the calibration stands, what it cannot predict says so
     # and nothing else: the first block of each recording is no evidence
     learning = {int(problem.block[tracking.recording == r].min()) for r in
                 np.unique(tracking.recording)}  # fmt: skip
-    grams = np.zeros((problem.blocks, white.shape[1], white.shape[1]))
-    passed = innovations(white, calibration, stretches, walk, there)
-    for i, (predicted, gram) in enumerate(passed):
-        block = int(problem.block[kept[stretches[i][0]]])
-        if block not in learning:
-            grams[block] += gram
+    few = white.shape[1] <= MOST_AT_ONCE
+    grams = np.zeros((problem.blocks if few else 0, white.shape[1], white.shape[1]))
+    for i, (predicted, left, (before, after)) in enumerate(innovations(white, calibration, walk)):
+        block = int(problem.block[stretches[i][0]])
+        j = white[np.ix_(walk.stretches[i].rows, calibration)]
+        if block not in learning and few:
+            j_left = j.T @ left
+            grams[block] += left.T @ left - j_left.T @ after @ j_left
+        elif block not in learning:
+            # of many columns no second copy: each stretch is read once
+            white[walk.stretches[i].rows] = standardised(left, j, before)
+        else:
+            white[walk.stretches[i].rows] = 0.0
         if own is not None:
             raw[own[i]] -= raw[np.ix_(own[i], calibration)] @ predicted
-    raw[np.isin(problem.block, list(learning))] = 0.0
-    return grams
+    if own is not None:
+        raw[np.isin(problem.block, list(learning))] = 0.0
+    return Dense(grams) if few else block_products(white, problem.block[kept], problem.blocks)
 
 
 def _raw_stretches(
-    problem: Problem, tracking: Tracking, kept: IntArray, stretches: Sequence[IntArray]
+    problem: Problem, tracking: Tracking, stretches: Sequence[IntArray]
 ) -> list[IntArray]:
     """Rows that belong to each stretch of kept rows, the starts of sequences among them."""
     starts = starts_of(tracking, problem.block)
@@ -222,7 +236,7 @@ def _raw_stretches(
 
     partner = {key(rows): rows for rows in parts_of(tracking, problem.block)}
     # a stretch whose kept rows have their middle in the one before has no rows left there
-    return [partner.pop(key(kept[rows]), kept[:0]) for rows in stretches]
+    return [partner.pop(key(rows), rows[:0]) for rows in stretches]
 
 
 def _free_in_every_block(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.chain import Chain
+from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.experiments.contract import Balance
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
@@ -18,7 +18,12 @@ _FEW_STEPS = 10
 
 
 def balanced(
-    case: Case, values: Mapping[str, float], chain: Chain | None = None, *, judged: bool = False
+    case: Case,
+    values: Mapping[str, float],
+    chain: Chain | None = None,
+    *,
+    judged: bool = False,
+    seen: Sequence[Seen] | None = None,
 ) -> Case:
     """The same recordings as they would be had nothing been wrong and no noise been there.
 
@@ -32,16 +37,19 @@ def balanced(
     ----------
     judged
         Whether the judged rows are enough; of a chain with a memory all are returned.
+    seen
+        From `Case.memory`, where the chain was removed at these values before.
     """
     used = chain or case.chain
     few = judged and case.stride > 1 and not used.remembers(values)
     logs = []
     for number, log in enumerate(case.logs):
-        truth = used.remove(case.judged[number] if few else log, values)[0]
+        of_log = None if seen is None else seen[number]
+        truth = used.truth(case.judged[number] if few else log, values, of_log)
         balance, derivative, spread = _linearised(case, truth)
         share = np.ones(len(balance.outputs))
         if case.demand_noisy:
-            whole = case.experiment.balance(used.remove(log, values)[0]) if few else balance
+            whole = case.experiment.balance(used.truth(log, values, of_log)) if few else balance
             at = slice(None, None, 1 if few else case.stride)
             noise = _noise(whole, case.stride)
             share = _reading_share(noise, derivative[at], balance.valid[at], case.reading_noise_n)
@@ -121,13 +129,15 @@ def _reading_share(
     derivative, valid
         Of the judged rows, (n, k, c) and (n, k).
     """
-    single = np.count_nonzero(derivative, axis=2).max(axis=0, initial=0) == 1
+    acting = (derivative != 0.0) @ np.ones(derivative.shape[2])
+    single = acting.max(axis=0, initial=0) == 1
     share = np.ones(noise.size)
     if not np.isfinite(noise[single]).any():
         return share
     of_reading = max(float(np.nanmedian(noise[single])), least_n**2)
     for k in np.flatnonzero(~single & np.isfinite(noise)):
-        lever = float(np.mean(np.sum(derivative[valid[:, k], k] ** 2, axis=1)))
+        mine = derivative[valid[:, k], k]
+        lever = float(np.mean(np.einsum("nc,nc->n", mine, mine)))
         share[k] = np.clip(of_reading * lever / max(noise[k], 1e-300), 0.0, 1.0)
     return share
 

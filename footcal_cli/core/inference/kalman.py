@@ -110,23 +110,45 @@ def correct(mean: FloatArray, cov: FloatArray, found: Innovation) -> tuple[Float
     return (mean + (turned @ found.standard[..., None])[..., 0], cov - turned @ found.weight)
 
 
-def correct_by_products(cov: FloatArray, products: FloatArray) -> FloatArray:
+def correct_by_products(
+    cov: FloatArray, products: FloatArray, whole: FloatArray | None = None
+) -> FloatArray:
     """The same correction by many rows of unit noise at once, from their products ``Hᵀ H`` alone.
 
     ``(P⁻¹ + HᵀH)⁻¹ = (1 + P HᵀH)⁻¹ P``: no P is inverted.
+
+    Parameters
+    ----------
+    whole
+        Filled with ``1 + P HᵀH``, if given: its determinant is that of ``1 + H P Hᵀ``.
 
     Returns
     -------
     P after them, shape (…, s, s)
     """
-    after = np.linalg.solve(np.eye(products.shape[-1]) + cov @ products, cov)
+    whole = np.matmul(cov, products, out=whole)
+    at = np.arange(products.shape[-1])
+    whole[..., at, at] += 1.0
+    after = np.linalg.solve(whole, cov)
     return np.asarray(0.5 * (after + np.swapaxes(after, -1, -2)), dtype=np.float64)
 
 
-def log_det_by_products(cov: FloatArray, products: FloatArray) -> FloatArray:
-    """``ln det (1 + H P Hᵀ)`` of such rows before them, shape (…)."""
-    whole = np.eye(products.shape[-1]) + cov @ products
-    return np.asarray(np.linalg.slogdet(whole)[1], dtype=np.float64)
+def standardised(left: FloatArray, rows: FloatArray, cov: FloatArray) -> FloatArray:
+    """Innovations of unit noise made independent with variance 1, ``(1 + H P Hᵀ)^−½ ν``.
+
+    With ``H = Q R`` and ``1 + R P Rᵀ = V S Vᵀ``: ``ν + Q V (S^−½ − 1) Vᵀ Qᵀ ν``.
+
+    Parameters
+    ----------
+    left
+        ν of any number of columns, shape (k, n).
+    rows, cov
+        H, shape (k, s), and P before them, shape (s, s).
+    """
+    basis, upper = np.linalg.qr(rows)
+    values, vectors = np.linalg.eigh(np.eye(len(upper)) + upper @ cov @ upper.T)
+    turned = basis @ vectors
+    return np.asarray(left + turned @ ((values**-0.5 - 1.0)[:, None] * (turned.T @ left)))
 
 
 def information(cov: FloatArray, weight: FloatArray) -> float:

@@ -8,6 +8,8 @@ from scipy import linalg, optimize
 from footcal_cli.core.parameters import FloatArray
 
 _NEARLY_EXACT = 1e-12
+_CLEARLY_SEEN = 1e-3
+"""Diagonal of a factor of columns of norm one from which none depends on the others."""
 
 
 def unit_columns(columns: FloatArray) -> FloatArray:
@@ -31,6 +33,28 @@ def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
     """
     left, singular, _ = np.linalg.svd(_of_norm_one(columns), full_matrices=False)
     return np.asarray(left[:, singular > rcond * singular.max(initial=0.0)])
+
+
+def orthogonal(columns: FloatArray, rcond: float) -> FloatArray:
+    """As `orthonormal`, by a pivoted QR: a fit to it is that of `left_by`.
+
+    Parameters
+    ----------
+    rcond
+        As in `left_by`.
+    """
+    scaled = _of_norm_one(columns)
+    if not scaled.shape[1]:
+        return scaled
+    basis, upper, _ = linalg.qr(scaled, mode="economic", pivoting=True, check_finite=False)
+    rank = basis.shape[1]
+    if abs(upper[-1, rank - 1]) < _CLEARLY_SEEN * abs(upper[0, 0]):
+        # gelsy's rank: its condition estimate sees more than the diagonal of R
+        target = scaled[:, 0]
+        rank = linalg.lstsq(scaled, target, cond=rcond, lapack_driver="gelsy", check_finite=False)[
+            2
+        ]
+    return np.asarray(basis[:, :rank])
 
 
 def rank_of(singular: FloatArray, shape: tuple[int, ...]) -> tuple[int, float]:
@@ -91,6 +115,32 @@ def scaled_inverse(products: FloatArray, rcond: float, empty: float = 0.0) -> Fl
     seen = size > rcond * size.max(axis=-1, initial=0.0, keepdims=True)
     inverse = np.divide(1.0, values, out=np.zeros_like(values), where=seen)
     return np.asarray((vectors * inverse[..., None, :]) @ np.swapaxes(vectors, -1, -2) / outer)
+
+
+def regressed(
+    products: FloatArray, cross: FloatArray, rcond: float, empty: float = 0.0
+) -> FloatArray:
+    """``scaled_inverse(products) @ cross``, shape (…, n, k): solved where no column is dependent.
+
+    Parameters
+    ----------
+    cross
+        Products with what is regressed, shape (…, n, k).
+    rcond, empty
+        As in `scaled_inverse`.
+    """
+    own = np.einsum("...ii->...i", products)
+    if own.size and np.all(own > empty * own.max(axis=-1, keepdims=True)):
+        scale = np.sqrt(own)
+        scaled = products / (scale[..., :, None] * scale[..., None, :])
+        try:
+            root = np.linalg.cholesky(scaled)
+        except np.linalg.LinAlgError:
+            root = np.zeros((1, 1))
+        if np.einsum("...ii->...i", root).min() > _CLEARLY_SEEN:
+            found = np.linalg.solve(scaled, cross / scale[..., None])
+            return np.asarray(found / scale[..., None])
+    return np.asarray(scaled_inverse(products, rcond, empty) @ cross)
 
 
 def solve_information(

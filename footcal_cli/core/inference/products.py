@@ -161,6 +161,7 @@ class Lazy(Products):
         self.at = np.empty(0, dtype=np.int64) if at is None else at
         self._kept: dict[int, FloatArray] = {}
         self._own: FloatArray | None = None
+        self._of: tuple[Lazy, BoolArray] | None = None
 
     @property
     def blocks(self) -> int:
@@ -184,6 +185,10 @@ class Lazy(Products):
 
     def _keep(self, columns: list[int]) -> None:
         """Products of a few columns with all of them, shape (B, n) each."""
+        if self._of is not None:
+            whole, kept = self._of
+            self._kept.update({c: whole._kept[c][kept] for c in columns if c in whole._kept})
+            columns = [c for c in columns if c not in self._kept]
         if not columns:
             return
         chosen, every = np.array(columns), np.arange(self.size)
@@ -243,7 +248,7 @@ class Lazy(Products):
         rows = list(itertools.compress(self.rows, kept))
         taken = None if self.taken is None else self.taken[kept]
         fewer = Lazy(rows, taken, self.known, self.at)
-        fewer._kept = {c: row[kept] for c, row in self._kept.items()}
+        fewer._of = self, kept
         fewer._own = None if self._own is None else self._own[kept]
         return fewer
 

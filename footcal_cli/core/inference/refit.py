@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from footcal_cli.core.chain import Chain
+from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import Case, Rows, residual
 from footcal_cli.core.inference.evidence import Interval
@@ -17,9 +17,9 @@ from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scatter import Scatter, scatter_of
-from footcal_cli.core.inference.scores import joint_sizes
+from footcal_cli.core.inference.scores import joint_sizes, sizes_together
 from footcal_cli.core.inference.signatures import extended_chain
-from footcal_cli.core.inference.whitening import Noise
+from footcal_cli.core.inference.whitening import Noise, Within, law_of_noise, within_blocks
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 MOST_ITERATIONS = 10
@@ -108,12 +108,14 @@ def refit(
         chain = extended_chain(chain, effect, signature)
         freed += freed_of(effect, signature)
     values = {**case.values, **start}
-    ideal = balanced(case, values, chain, judged=True)
+    memory = case.memory()
+    left = residual(case, rows, values, chain, seen=memory)
+    ideal = balanced(case, values, chain, judged=True, seen=memory)
     columns = _columns(ideal, rows, chain, values, freed)
     kept = seen(freed, problem, columns)
-    fit = _Fit(case, rows, problem, chain, tuple(kept))
+    fit = _Fit(case, rows, problem, within_blocks(problem), chain, tuple(kept), memory)
     columns = columns[:, [f in kept for f in freed]]
-    at, converged, fresh = fit.awake(fit.linearised(values, ideal, columns)), False, True
+    at, converged, fresh = fit.awake(fit.linearised(values, left, ideal, columns)), False, True
     for _ in range(MOST_ITERATIONS):
         way = _step(at, fit.freed)
         after, share = fit.nearer(at, way)
@@ -170,31 +172,48 @@ class _Point:
 
 @dataclass(frozen=True)
 class _Fit:
-    """What is fitted to what."""
+    """What is fitted to what.
+
+    Parameters
+    ----------
+    within
+        Of the problem, whatever its residual.
+    memory
+        What the chain was removed from, for values that come again.
+    """
 
     case: Case
     rows: Rows
     problem: Problem
+    within: Within
     chain: Chain
     freed: tuple[Freed, ...]
+    memory: Sequence[Seen]
 
     def at(self, values: Mapping[str, float], near: _Point | None = None) -> _Point:
         """The model at some values; noise and linearisation of a point near by, if given."""
-        ideal = near.ideal if near else balanced(self.case, values, self.chain, judged=True)
+        left = self.left(values)
+        ideal = near.ideal if near else balanced(
+            self.case, values, self.chain, judged=True, seen=self.memory
+        )  # fmt: skip
         columns = _columns(ideal, self.rows, self.chain, values, self.freed)
-        return self.linearised(values, ideal, columns, near)
+        return self.linearised(values, left, ideal, columns, near)
+
+    def left(self, values: Mapping[str, float]) -> FloatArray:
+        """The residual at some values, shape (m,)."""
+        return residual(self.case, self.rows, values, self.chain, seen=self.memory)
 
     def linearised(
         self,
         values: Mapping[str, float],
+        left: FloatArray,
         ideal: Case,
         columns: FloatArray,
         near: _Point | None = None,
     ) -> _Point:
-        """The model with given columns, which were taken at its ideal recordings."""
-        left = residual(self.case, self.rows, values, self.chain)
+        """The model with its residual and given columns, taken at its ideal recordings."""
         local = _local(self.problem, left, columns)
-        noise = near.noise if near else local.law
+        noise = near.noise if near else law_of_noise(local, self.within)
         grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise, counted=False)
         return _Point(dict(values), ideal, noise, left, columns, grams)
 
@@ -225,10 +244,10 @@ class _Fit:
             values = dict(at.values)
             for item, change in zip(self.freed, share * way.size, strict=True):
                 values[item.name] += float(change)
-            left = residual(self.case, self.rows, values, self.chain)
+            left = self.left(values)
             local = _local(self.problem, left, at.columns)
             grams, _ = whitened_grams(local, np.empty((left.size, 0)), at.noise, counted=False)
-            to_go, _ = joint_sizes(grams, grams.calibration, grams.candidates[way.free])
+            to_go = sizes_together(grams, grams.calibration, grams.candidates[way.free])
             to_go /= _rms(at.columns)[way.free]
             before, after = (v / way.spread[way.free] for v in (way.size[way.free], to_go))
             if after @ after <= before @ before:

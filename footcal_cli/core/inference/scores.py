@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.inference.grams import Grams
-from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.linear import regressed
 from footcal_cli.core.inference.products import Products
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -84,7 +84,7 @@ def coefficients(gram: FloatArray, base: IntArray, columns: IntArray) -> FloatAr
 def _regressed(square: FloatArray, cross: FloatArray) -> FloatArray:
     """Regression from the products of a base with itself and with what is regressed on it."""
     # a parameter that only the left-out block knows has nothing to be fitted to
-    return np.asarray(scaled_inverse(square, _RCOND, _EMPTY) @ cross)
+    return regressed(square, cross, _RCOND, _EMPTY)
 
 
 def held_out_loss(inner: Products, base: IntArray, judged: Products | None = None) -> FloatArray:
@@ -267,9 +267,16 @@ def joint_sizes(grams: Grams, base: IntArray, chosen: IntArray) -> tuple[FloatAr
     """Sizes of chosen columns fitted together, and without each block, (k,) and (B, k)."""
     small = _of_fit(grams.inner, np.concatenate([base, chosen]))
     total = small.sum(axis=0)
+    return _last_sizes(total, chosen.size), _last_sizes(total - small, chosen.size)
 
-    def sizes(gram: FloatArray) -> FloatArray:
-        found = _regressed(gram[..., :-1, :-1], gram[..., :-1, -1:])
-        return np.asarray(found[..., base.size :, 0])
 
-    return sizes(total), sizes(total - small)
+def sizes_together(grams: Grams, base: IntArray, chosen: IntArray) -> FloatArray:
+    """Sizes of chosen columns fitted together, shape (k,)."""
+    small = _of_fit(grams.inner, np.concatenate([base, chosen]))
+    return _last_sizes(small.sum(axis=0), chosen.size)
+
+
+def _last_sizes(gram: FloatArray, wanted: int) -> FloatArray:
+    """Of the last columns before the residual, shape (…, wanted)."""
+    found = _regressed(gram[..., :-1, :-1], gram[..., :-1, -1:])[..., 0]
+    return np.asarray(found[..., found.shape[-1] - wanted :])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.inference.kalman import correct_by_products, log_det_by_products
+from footcal_cli.core.inference.kalman import correct_by_products
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 PART_S = 2.0
@@ -98,6 +98,49 @@ def starts_of(tracking: Tracking, block: IntArray) -> FloatArray:
     return start
 
 
+@dataclass(frozen=True)
+class Stretch:
+    """Rows over which the calibration is taken as constant.
+
+    Parameters
+    ----------
+    rows
+        Their numbers.
+    gap_s
+        From the middle of the stretch before; None for the first one of a recording.
+    """
+
+    rows: IntArray
+    gap_s: float | None
+
+
+@dataclass(frozen=True)
+class Walk:
+    """How a tracked calibration wanders.
+
+    Parameters
+    ----------
+    variance
+        Per second, of each calibration column, shape (p,).
+    stretches
+        Of the whitened rows.
+    """
+
+    variance: FloatArray
+    stretches: tuple[Stretch, ...]
+
+
+def stretches_of(tracking: Tracking, block: IntArray) -> tuple[Stretch, ...]:
+    """Stretches of rows that `tracking` and `block` belong to, in the order of time."""
+    found: list[Stretch] = []
+    before, middle = -1, 0.0
+    for rows in parts_of(tracking, block):
+        recording, now = int(tracking.recording[rows[0]]), float(tracking.time_s[rows].mean())
+        found.append(Stretch(rows, now - middle if found and recording == before else None))
+        before, middle = recording, now
+    return tuple(found)
+
+
 def parts_of(tracking: Tracking, block: IntArray) -> list[IntArray]:
     """Rows of each stretch of at most `PART_S` within a block, in the order of time."""
     part = np.floor((tracking.time_s - starts_of(tracking, block)[block]) / PART_S)
@@ -117,12 +160,11 @@ class _Part:
     jj: FloatArray
     jr: FloatArray
     rr: float
-    interval_s: float
-    fresh: bool
+    gap_s: float | None
 
 
 def walk_variance(
-    white: FloatArray, calibration: IntArray, parts: Sequence[IntArray], tracking: Tracking
+    white: FloatArray, calibration: IntArray, stretches: Sequence[Stretch], kind: IntArray
 ) -> FloatArray:
     """Variance of the walk per second of each calibration column that makes the data likeliest.
 
@@ -132,25 +174,22 @@ def walk_variance(
         Whitened columns, the residual last, shape (m, n).
     calibration
         Column numbers.
-    parts
-        From `parts_of`.
+    stretches
+        From `stretches_of`.
+    kind
+        As in `Tracking`.
     """
-    last = white.shape[1] - 1
+    used = np.ascontiguousarray(white[:, np.append(calibration, white.shape[1] - 1)])
     small = []
-    before: IntArray | None = None
-    for rows in parts:
-        j, r = white[np.ix_(rows, calibration)], white[rows, last]
-        fresh = before is None or tracking.recording[before[0]] != tracking.recording[rows[0]]
-        gap = 0.0 if fresh or before is None else _middle(tracking, rows) - _middle(
-            tracking, before
-        )  # fmt: skip
-        small.append(_Part(j.T @ j, j.T @ r, float(r @ r), gap, fresh))
-        before = rows
-    kinds = np.unique(tracking.kind)
+    for stretch in stretches:
+        part = used[stretch.rows]
+        gram = part.T @ part
+        small.append(_Part(gram[:-1, :-1], gram[:-1, -1], float(gram[-1, -1]), stretch.gap_s))
+    kinds = np.unique(kind)
     best = np.full(kinds.size, 1e-4)
 
     def scores(variances: FloatArray) -> FloatArray:
-        return _log_likelihood(small, variances[:, np.searchsorted(kinds, tracking.kind)])
+        return _log_likelihood(small, variances[:, np.searchsorted(kinds, kind)])
 
     settled: set[tuple[int, bytes]] = set()
     for _ in range(_SWEEPS):
@@ -162,11 +201,7 @@ def walk_variance(
             tried = np.tile(best, (WALK_VARIANCES.size, 1))
             tried[:, k] = WALK_VARIANCES
             best = tried[int(np.argmax(scores(tried)))]
-    return np.asarray(best[np.searchsorted(kinds, tracking.kind)])
-
-
-def _middle(tracking: Tracking, rows: IntArray) -> float:
-    return float(np.mean(tracking.time_s[rows]))
+    return np.asarray(best[np.searchsorted(kinds, kind)])
 
 
 def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
@@ -176,30 +211,29 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
     calls cost more than arithmetic.
     """
     t, p = variance.shape
-    start, unit = np.broadcast_to(np.eye(p), (t, p, p)), np.eye(p)
-    mean, cov = np.zeros((t, p)), start
-    total = np.zeros(t)
-    for part in parts:
-        if part.fresh:
-            mean, cov = np.zeros((t, p)), start
-        cov = cov + (variance * part.interval_s)[:, None, :] * unit
-        j_d = part.jr - mean @ part.jj
-        d_d = part.rr - np.einsum("ti,ti->t", mean, part.jr + j_d)
-        log_det = log_det_by_products(cov, part.jj)
-        cov = correct_by_products(cov, part.jj)
-        moved = np.einsum("tij,tj->ti", cov, j_d)
-        total -= 0.5 * (d_d - np.einsum("ti,ti->t", j_d, moved) + log_det)
+    start, at = np.broadcast_to(np.eye(p), (t, p, p)), np.arange(p)
+    mean, cov = np.zeros((t, p)), start.copy()
+    whole = np.empty((len(parts), t, p, p))
+    means, surprises, moves = np.empty((3, len(parts), t, p))
+    for k, part in enumerate(parts):
+        if part.gap_s is None:
+            mean, cov = np.zeros((t, p)), start.copy()
+        else:
+            cov[:, at, at] += variance * part.gap_s
+        means[k] = mean
+        surprise = np.subtract(part.jr, mean @ part.jj, out=surprises[k])
+        cov = correct_by_products(cov, part.jj, whole[k])
+        moved = np.matmul(cov, surprise[..., None], out=moves[k][..., None])[..., 0]
         mean = mean + moved
-    return total
+    jr = np.array([part.jr for part in parts])[:, None]
+    squares = sum(part.rr for part in parts) - np.einsum("kti,kti->t", means, jr + surprises)
+    explained = np.einsum("kti,kti->t", surprises, moves)
+    return np.asarray(-0.5 * (squares - explained + np.linalg.slogdet(whole)[1].sum(axis=0)))
 
 
 def innovations(
-    white: FloatArray,
-    calibration: IntArray,
-    parts: Sequence[IntArray],
-    variance: FloatArray,
-    tracking: Tracking,
-) -> Iterator[tuple[FloatArray, FloatArray]]:
+    white: FloatArray, calibration: IntArray, walk: Walk
+) -> Iterator[tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]]:
     """Pass all columns through the filter, stretch by stretch.
 
     Parameters
@@ -208,33 +242,29 @@ def innovations(
         Whitened columns, shape (m, n).
     calibration
         Column numbers of what is tracked.
-    parts
-        Rows of `white` of each stretch.
-    variance
-        Of the walk, per second, shape (p,).
+    walk
+        Its variance, and the stretches of `white`.
 
     Yields
     ------
     predicted
         Coefficients of the calibration in every column before the stretch was seen, shape (p, n).
-    gram
-        ``X' S⁻¹ X`` of its innovations, shape (n, n).
+    left
+        Innovations of the stretch, shape (k, n).
+    covs
+        Covariance of the calibration before and after it, shape (p, p) each.
     """
     p, n = calibration.size, white.shape[1]
     mean, cov = np.zeros((p, n)), np.eye(p)
-    before: IntArray | None = None
-    for rows in parts:
-        fresh = before is None or tracking.recording[before[0]] != tracking.recording[rows[0]]
-        if fresh or before is None:
+    for stretch in walk.stretches:
+        if stretch.gap_s is None:
             mean, cov = np.zeros((p, n)), np.eye(p)
         else:
-            gap = _middle(tracking, rows) - _middle(tracking, before)
-            cov = cov + np.diag(variance * gap)
-        before = rows
-        part = white[rows]
+            cov[np.diag_indices(p)] += walk.variance * stretch.gap_s
+        part = white[stretch.rows]
         j = part[:, calibration]
         left = part - j @ mean
-        j_left = j.T @ left
-        cov = correct_by_products(cov, j.T @ j)
-        yield mean, left.T @ left - j_left.T @ cov @ j_left
-        mean = mean + cov @ j_left
+        after = correct_by_products(cov, j.T @ j)
+        yield mean, left, (cov, after)
+        cov = after
+        mean = mean + cov @ (j.T @ left)

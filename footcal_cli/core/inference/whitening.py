@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
 
-from footcal_cli.core.inference.linear import left_by, orthonormal
+from footcal_cli.core.inference.linear import orthogonal, orthonormal
 from footcal_cli.core.inference.settled import Settled, settled
-from footcal_cli.core.inference.tracking import Tracking, parts_of, walk_variance
+from footcal_cli.core.inference.tracking import Tracking, Walk, stretches_of, walk_variance
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import autocorrelation_time, begins, starts_of
 
@@ -43,19 +43,21 @@ class RowWhitener:
         Innovation sd s of each output, shape (outputs,).
     output, sequence
         Of the rows.
+    kept
+        Rows that have a full past in their sequence, from the others.
     """
 
     coefficients: FloatArray
     sd: FloatArray
     output: IntArray
     sequence: IntArray
+    kept: IntArray = field(init=False)
 
-    @property
-    def kept(self) -> IntArray:
-        """Rows that have a full past in their sequence."""
+    def __post_init__(self) -> None:
         used = self.coefficients != 0
         order = np.where(used.any(axis=1), used.shape[1] - np.argmax(used[:, ::-1], axis=1), 0)
-        return np.flatnonzero(_age(self.sequence) >= order[self.output])
+        kept = np.flatnonzero(_age(self.sequence) >= order[self.output])
+        object.__setattr__(self, "kept", kept)
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Whitened columns at the kept rows, shape (kept, k)."""
@@ -84,17 +86,14 @@ class Noise:
 
     Parameters
     ----------
-    autocorrelation_time
-        Of the residual before whitening, in rows.
     walk
-        Variance per second with which each calibration column wanders where it is tracked.
+        How the calibration wanders where it is tracked.
     settled
         What differs between settings, where there are any.
     """
 
     whitener: RowWhitener
-    autocorrelation_time: float
-    walk: FloatArray | None = None
+    walk: Walk | None = None
     settled: Settled | None = None
 
     @property
@@ -105,16 +104,23 @@ class Noise:
         return rows + (self.settled.log_sd if self.settled else 0.0)
 
 
-def law_of_noise(problem: Problem) -> Noise:
-    """Estimate the noise from the residual; `Problem.law` keeps it."""
-    whitener, tau = fit_row_whitener(problem)
+def law_of_noise(problem: Problem, within: Within | None = None) -> Noise:
+    """Estimate the noise from the residual; `Problem.law` keeps it.
+
+    Parameters
+    ----------
+    within
+        Of the problem, where it was made before: it does not depend on the residual.
+    """
+    whitener = fit_row_whitener(problem, within)
     if problem.tracking is None:
-        return Noise(whitener, tau, settled=settled(problem, whitener, whitener.kept))
+        return Noise(whitener, settled=settled(problem, whitener, whitener.kept))
     white = whitener(np.column_stack([problem.calibration, problem.residual]))
     calibration = np.arange(problem.calibration.shape[1])
     there = kept_tracking(problem.tracking, whitener.kept)
-    stretches = parts_of(there, problem.block[whitener.kept])
-    return Noise(whitener, tau, walk_variance(white, calibration, stretches, there))
+    stretches = stretches_of(there, problem.block[whitener.kept])
+    variance = walk_variance(white, calibration, stretches, there.kind)
+    return Noise(whitener, Walk(variance, stretches))
 
 
 def kept_tracking(tracking: Tracking, kept: IntArray) -> Tracking:
@@ -122,25 +128,32 @@ def kept_tracking(tracking: Tracking, kept: IntArray) -> Tracking:
     return Tracking(tracking.time_s[kept], tracking.recording[kept], tracking.kind)
 
 
-def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
-    """Fit the filter to the residual that no calibration of any block explains.
+def longest_memory(problem: Problem) -> float:
+    """Integrated autocorrelation time of the residual of the output that remembers longest, rows.
 
-    Returns
-    -------
-    whitener
-        Per output.
-    autocorrelation_time
-        Integrated, in rows, of the residual after one common calibration.
+    Of what a calibration of each block's own leaves; 1 where rows are no series.
+    """
+    if _has_few_rows(problem):
+        return 1.0
+    inside = residual_within_blocks(problem)
+    outputs = [np.flatnonzero(problem.output == o) for o in range(len(problem.outputs))]
+    times = [autocorrelation_time(inside[o], problem.sequence[o]) for o in outputs if o.size]
+    return max(times, default=1.0)
+
+
+def fit_row_whitener(problem: Problem, within: Within | None = None) -> RowWhitener:
+    """Fit the filter of each output to the residual that no calibration of any block explains.
+
+    `within` as in `law_of_noise`.
     """
     outputs = len(problem.outputs)
     if _has_few_rows(problem):
-        return _whitener_of_single_rows(problem, outputs), 1.0
-    inside = residual_within_blocks(problem)
+        return _whitener_of_single_rows(problem, outputs)
+    inside = (within or within_blocks(problem))(problem.residual)
     age = _age(problem.sequence)
     lengths = _lengths(problem.sequence)
     coefficients = np.zeros((outputs, AR_ORDER))
     sd = np.ones(outputs)
-    taus = []
     for o in range(outputs):
         rows = np.flatnonzero(problem.output == o)
         if not rows.size:
@@ -156,8 +169,7 @@ def fit_row_whitener(problem: Problem) -> tuple[RowWhitener, float]:
         if problem.least is not None:
             # a reading that never leaves its level is no better known than to the next one
             sd[o] = max(sd[o], problem.least[o])
-        taus.append(autocorrelation_time(inside[rows], problem.sequence[rows]))
-    return RowWhitener(coefficients, sd, problem.output, problem.sequence), max(taus, default=1.0)
+    return RowWhitener(coefficients, sd, problem.output, problem.sequence)
 
 
 def has_single_rows(problem: Problem) -> bool:
@@ -220,19 +232,49 @@ def _means_of_sequences(problem: Problem) -> FloatArray:
     return np.eye(numbers.size)[place][:, count > 1]
 
 
+@dataclass(frozen=True)
+class Within:
+    """What is fitted to a residual before its noise is looked at.
+
+    Parameters
+    ----------
+    lasting
+        Orthonormal basis of what all blocks share, shape (m, k); None where nothing is.
+    own
+        Rows of each block that can show a calibration of its own, and a basis of that.
+    """
+
+    lasting: FloatArray | None
+    own: tuple[tuple[IntArray, FloatArray], ...]
+
+    def __call__(self, residual: FloatArray) -> FloatArray:
+        """What is left of a residual, shape (m,)."""
+        left = residual.copy()
+        if self.lasting is not None:
+            left -= self.lasting @ (self.lasting.T @ left)
+        for rows, basis in self.own:
+            mine = left[rows]
+            left[rows] = mine - basis @ (basis.T @ mine)
+        return left
+
+
+def within_blocks(problem: Problem) -> Within:
+    """A calibration and output offsets of each block's own, beside what all blocks share."""
+    lasting = [part for part in (problem.held, problem.usual) if part is not None]
+    shared = orthogonal(np.hstack([problem.calibration, *lasting]), _RANK) if lasting else None
+    basis = np.hstack([problem.calibration, np.eye(len(problem.outputs))[problem.output]])
+    own = []
+    for b in range(problem.blocks):
+        rows = np.flatnonzero(problem.block == b)
+        mine = basis[rows]
+        if rows.size > 2 * int(np.count_nonzero(np.any(mine != 0.0, axis=0))):
+            own.append((rows, orthogonal(mine, _RANK)))
+    return Within(shared, tuple(own))
+
+
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
     """Residual after a calibration and output offsets of each block's own, shape (m,)."""
-    residual = (problem.residual if residual is None else residual).copy()
-    lasting = [part for part in (problem.held, problem.usual) if part is not None]
-    if lasting:
-        residual = left_by(np.hstack([problem.calibration, *lasting]), residual, _RANK)
-    offsets = np.eye(len(problem.outputs))[problem.output]
-    for b in range(problem.blocks):
-        rows = problem.block == b
-        basis = np.hstack([problem.calibration[rows], offsets[rows]])
-        if basis.shape[0] > 2 * int(np.count_nonzero(np.any(basis != 0.0, axis=0))):
-            residual[rows] = left_by(basis, residual[rows], _RANK)
-    return residual
+    return within_blocks(problem)(problem.residual if residual is None else residual)
 
 
 def _age(sequence: IntArray) -> IntArray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.movement import Movement
+from footcal_cli.core.inference.whitening import longest_memory
 from footcal_cli.records.display_units import display_unit
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import share_interval, share_text
@@ -63,7 +64,7 @@ def movement_sheets(moved: Sequence[Movement]) -> tuple[Sheet, ...]:
 def method_note(found: Investigation, seed: int) -> str:
     """How the evidence was counted."""
     first = found.rounds[0]
-    tau = first.grams.autocorrelation_time
+    tau = longest_memory(found.problem)
     rate = found.problem.rate_hz
     time = f"{number(tau / rate, 2)} s" if rate > 0 else f"{number(tau, 2)} rows"
     return (
