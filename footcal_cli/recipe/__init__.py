@@ -24,9 +24,8 @@ from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.textfiles import called_as, read_text
 from footcal_cli.tables.world import WorldUp
 
-__all__ = [
-    "CommandOptions", "Frozen", "Gates", "Recipe", "Robot", "metres", "read_recipe", "validated",
-]  # fmt: skip
+__all__ = ["CommandOptions", "Frozen", "Gates", "Recipe", "Robot", "metres", "read_recipe",
+           "validated"]  # fmt: skip
 
 STANDARD_GRAVITY_MPS2 = 9.80665
 STATED_MASS_SD = 0.01
@@ -98,8 +97,7 @@ class Foot(Frozen):
     ``left_cop_x_m``, ``left_cop_y_m``), as plates and insoles report them, and its three cells
     stand in for the plate, in the frame of the CoP.
     `transducer_rotation_rpy_rad` turns the transducer's axes into those of the logged foot frame;
-    `weight_below_n` hangs below the transducer at `com_below_m` in its axes, and may be
-    `weight_below_sd_n` off (0 for a plate on the floor).
+    `weight_below_n` ± `weight_below_sd_n` (0 for a plate) hangs at `com_below_m` in its axes.
     """
 
     cells: dict[str, Cell] = Field(default_factory=dict)

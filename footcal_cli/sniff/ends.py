@@ -17,6 +17,7 @@ from footcal_cli.sniff.rows import Body, fields_of
 from footcal_cli.sniff.silent import SUMMARY
 from footcal_cli.sniff.tokens import is_moment, is_number
 from footcal_cli.tables.drawn import is_rule
+from footcal_cli.tables.textfiles import first_bytes
 
 _LONGEST = 2**27
 """Bytes of a text that is looked through for a second table."""
@@ -110,7 +111,7 @@ def far_end(path: Path, encoding: str, seen: int, body: Body) -> tuple[str, int]
     """
     if path.stat().st_size > _LONGEST:
         return "", 0
-    rest = path.read_bytes()[seen:].decode(encoding, errors="replace")
+    rest = first_bytes(path, _LONGEST)[seen:].decode(encoding, errors="replace")
     title = re.compile(r"^[\"']?([^\W\d_][^\r\n]*)", re.MULTILINE)
     for found in islice(title.finditer(rest), _TITLES):
         lines = [x for x in rest[found.start() :].splitlines() if x.strip(f" \t{body.separator}")]

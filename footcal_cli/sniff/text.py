@@ -36,11 +36,11 @@ from footcal_cli.tables.foreign import (
 )
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import first_bytes, regular_file
+from footcal_cli.tables.workbooks import is_workbook, other_sheets
 
 _MOST = 2**20
 """Bytes that are looked at."""
 _PROGRAMS = {
-    (".xlsx", ".xls", ".xlsm", ".ods"): "save the sheet as CSV",
     (".tdms", ".tdm"): "export it as CSV (DIAdem, LabVIEW, or npTDMS: tdmsinfo, as_dataframe)",
     (".ulg",): "run `ulog2csv` on it, which writes a CSV for each topic",
     (".pkl", ".pickle", ".feather"): "write it with DataFrame.to_csv",
@@ -146,6 +146,10 @@ def guess_text(path: Path) -> TextGuess:
             example=("load_n,counts", "0,300", "10,802"),
         )  # fmt: skip
     said = [] if encoding == "utf-8" else [f"encoding {encoding}"]
+    if is_workbook(path) and (others := other_sheets(path)):
+        said.append(
+            f"its fullest sheet; left out: {', '.join(others)} (save each as CSV to use it)"
+        )
     free = free_form(lines, encoding)
     if free is not None:
         _refuse_two_tables(path, lines, free)

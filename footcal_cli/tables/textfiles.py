@@ -8,6 +8,7 @@ import zlib
 from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
+from footcal_cli.tables.workbooks import is_workbook, sheet_text
 
 
 def called_as(path: Path, expression: str) -> str:
@@ -79,13 +80,17 @@ def short(text: str, at_most: int = 60) -> str:
 
 
 def first_bytes(path: Path, most: int) -> bytes:
-    """The first bytes of a text, unpacked; fewer where it is shorter.
+    """The first bytes of a text, unpacked; fewer where it is shorter. Of a workbook, its sheet's.
 
     Raises
     ------
+    UsageError
+        A workbook, without the library that reads it.
     DataError
         Truncated or damaged.
     """
+    if is_workbook(path):
+        return sheet_text(path)[:most]
     opener = gzip.open if path.suffix.lower() == ".gz" else open
     try:
         with opener(path, "rb") as stream:
