@@ -65,3 +65,18 @@ def test_weights_in_a_workbook_become_a_calibration(tmp_path: Path, run: Run) ->
     (fitted,) = (one for name, one in found.items() if name.endswith(".scale"))
     assert fitted.sd is not None
     assert abs(fitted.value - scale) < 4.0 * fitted.sd < 0.01 * scale
+
+
+def test_every_sheet_becomes_a_file_of_its_own(tmp_path: Path, run: Run) -> None:
+    sheets: dict[str, list[list[Cell]]] = {
+        cell: [["g", "counts"], [0.0, 8e6 + k], [500.0, 8.1e6]] for k, cell in enumerate("AB")
+    }
+    book = packed_workbook(tmp_path / "cells.xlsx", {**sheets, "empty": [[]]})
+    made = run("convert", book, "--out", tmp_path / "csv")
+    assert made.exit_code == 0
+    assert sorted(path.name for path in (tmp_path / "csv").iterdir()) == ["A.csv", "B.csv"]
+    assert (tmp_path / "csv" / "B.csv").read_text() == "g,counts\n0,8000001\n500,8100000\n"
+    again = run("convert", book, "--out", tmp_path / "csv")
+    assert (again.exit_code, "--overwrite" in again.err) == (2, True)
+    mixed = run("convert", book, tmp_path / "csv" / "A.csv", "--out", tmp_path / "all")
+    assert (mixed.exit_code, (tmp_path / "all").exists()) == (2, False)

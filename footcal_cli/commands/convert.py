@@ -85,11 +85,12 @@ _LAST: dict[str, Any] = {
 
 @without_folder(ConvertOptions, _FIRST, _LAST)
 def convert(given: Given) -> None:
-    """Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet."""
+    """Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet, sheets to CSV."""
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.formats.detect import open_source
     from footcal_cli.recipe import Recipe, read_recipe
+    from footcal_cli.tables.workbooks import is_workbook
 
     recipe = given["recipe"]
     read = read_recipe(recipe, option_tables()) if recipe is not None else Recipe()
@@ -100,6 +101,10 @@ def convert(given: Given) -> None:
             "no log to convert given", file=recipe,
             remedy="name a SRC on the command line or 'convert' in [data]",
         )  # fmt: skip
+    books = [path for path in paths if is_workbook(path)]
+    if books:
+        _convert_sheets(books, paths, given)
+        return
     found = {path: open_source(path, options.time) for path in paths}
     if given["show"]:
         for path, streams in found.items():
@@ -108,6 +113,50 @@ def convert(given: Given) -> None:
     jobs = _jobs(found, options)
     targets = _targets(jobs, given["out"], given["overwrite"])
     _write(list(zip(jobs, targets, strict=True)), options, given["quiet"])
+
+
+def _convert_sheets(books: list[Path], paths: list[Path], given: Given) -> None:
+    """Write every filled sheet of workbooks as a CSV file of the same rows.
+
+    Raises
+    ------
+    UsageError
+        Other kinds of files among them, no folder to write to, or a file that is there already.
+    """
+    from footcal_cli.errors import UsageError
+    from footcal_cli.tables.textfiles import regular_file
+    from footcal_cli.tables.workbooks import sheet_texts
+
+    out: Path = given["out"]
+    if len(books) < len(paths) or out.suffix or out.is_file():
+        raise UsageError(
+            "sheets of workbooks are written as CSV into a folder, other logs as Parquet",
+            file=books[0], remedy="convert workbooks by themselves, --out a folder",
+        )  # fmt: skip
+    texts: dict[Path, bytes] = {}
+    for book in books:
+        regular_file(book)
+        for sheet, text in sheet_texts(book).items():
+            name = _plain(f"{book.stem}_{sheet}" if len(books) > 1 else sheet)
+            texts[out / f"{name}.csv"] = text
+    said = [f"{path}  {len(text.splitlines())} rows" for path, text in texts.items()]
+    if given["show"]:
+        typer.echo("\n".join(said))
+        return
+    there = next((path for path in texts if path.exists()), None)
+    if there is not None and not given["overwrite"]:
+        raise UsageError("the file is there already", file=there,
+                         remedy="name another --out or --overwrite")  # fmt: skip
+    out.mkdir(parents=True, exist_ok=True)
+    for path, text in texts.items():
+        waiting = path.with_name(f".{path.name}.partial-{os.getpid()}")
+        try:
+            waiting.write_bytes(text)
+            waiting.replace(path)
+        finally:
+            waiting.unlink(missing_ok=True)
+    if not given["quiet"]:
+        typer.echo("\n".join(said))
 
 
 class _Job:

@@ -1,6 +1,6 @@
 """Sheets of Excel and LibreOffice workbooks as the text of a CSV file.
 
-Room: tables; asked by textfiles and by sniff.
+Room: tables; asked by textfiles, by sniff and by convert.
 """
 
 from __future__ import annotations
@@ -36,10 +36,12 @@ def sheet_text(path: Path) -> bytes:
     DataError
         No workbook, one with a password, or one without a filled sheet.
     """
-    rows = max(_sheets(path).values(), key=_filled)
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([_text(cell) for cell in row] for row in rows)
-    return text.getvalue().encode()
+    return _as_csv(max(_sheets(path).values(), key=_filled))
+
+
+def sheet_texts(path: Path) -> dict[str, bytes]:
+    """Every filled sheet by name, as `sheet_text`."""
+    return {name: _as_csv(rows) for name, rows in _sheets(path).items()}
 
 
 def other_sheets(path: Path) -> tuple[str, ...]:
@@ -47,6 +49,12 @@ def other_sheets(path: Path) -> tuple[str, ...]:
     sheets = _sheets(path)
     chosen = max(sheets, key=lambda name: _filled(sheets[name]))
     return tuple(name for name in sheets if name != chosen)
+
+
+def _as_csv(rows: Sequence[Sequence[Any]]) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([_text(cell) for cell in row] for row in rows)
+    return text.getvalue().encode()
 
 
 def _sheets(path: Path) -> dict[str, list[list[Any]]]:
