@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.units import NO_READING, split_unit
 
@@ -18,6 +18,10 @@ AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
 _BEFORE_AXIS = re.compile(
     r"(.*?)[\W_]*(?:(?:force|torque|moment)[\W_]*[xyz]|[fmt][\W_]?[xyz])(?![a-z])", re.IGNORECASE
 )
+
+
+_SHIFTED = 5.0
+"""What two plates bear together varies by so much less than what goes from one to the other."""
 
 
 def transducers_by_stem(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
@@ -181,3 +185,15 @@ def _slug(name: str) -> str:
 def without_unit(name: str) -> str:
     """A cell's name without the word for its reading: ``links_1_counts`` is ``links_1``."""
     return re.sub(r"_(counts|n|adc|raw|data)$", "", name)
+
+
+def share_a_weight(columns: Sequence[ColumnGuess]) -> bool:
+    """Whether twelve columns are two plates: what each bears changes, and their sum hardly does."""
+    if len(columns) != 2 * len(AXES):
+        return False
+    for at in (2, 5):  # forces first, or moments
+        one, other = numbers_of(columns[at]), numbers_of(columns[at + len(AXES)])
+        whole, shifted = one + other, min(float(np.nanstd(one)), float(np.nanstd(other)))
+        if _SHIFTED * np.nanstd(whole) < min(shifted, abs(float(np.nanmean(whole)))):
+            return True
+    return False

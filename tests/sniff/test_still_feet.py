@@ -66,3 +66,16 @@ def test_forces_that_press_the_plates_down(tmp_path: Path) -> None:
     plan = planned(pressed.written(tmp_path / "stand.csv"))
     assert any("reversed sign" in warning for warning in plan.warnings)
     assert places_of(plan, plan.feet) == pytest.approx(PLACES_M, abs=0.006)
+
+
+def test_two_plates_without_a_header_are_no_pose(tmp_path: Path) -> None:
+    stand = plate_stand(8)
+    for order in ([0, 1, 2, 3, 4, 5], [3, 4, 5, 0, 1, 2]):  # forces or moments first
+        log = tmp_path / "netforce.txt"
+        np.savetxt(log, stand.wrench[:, :, order].reshape(-1, 12), fmt="%.4f", delimiter=",")
+        plan = planned(log)
+        read = {n: e.column.column for n, e in plan.entries.items() if e.column is not None}
+        assert plan.kind == "2 six-axis plates under one weight"
+        assert [read[f"plate_{k}_plate_counts"] for k in (1, 2)] == [
+            f"column_{order.index(2) + 1}", f"column_{order.index(2) + 7}"
+        ]  # fmt: skip
