@@ -61,3 +61,15 @@ def test_a_curve_is_named(tmp_path: Path, run: Run) -> None:
     bent = PlateStand(stand.time_s, stand.com_m, wrench, stand.cop_m, stand.offset)
     found = diagnosed(bent, tmp_path, run)
     assert [(c.effect, c.where) for c in found.causes] == [("nonlinearity", "fp_1.fz")]
+
+
+def test_a_jump_of_an_offset_is_named_though_no_stance_repeats_it(tmp_path: Path, run: Run) -> None:
+    stand = plate_stand(20)
+    wrench, when = stand.wrench.copy(), 0.45 * stand.time_s[-1]
+    wrench[stand.time_s > when, 0, 2] += 15.0
+    jumped = PlateStand(stand.time_s, stand.com_m, wrench, stand.cop_m, stand.offset)
+    (cause,) = diagnosed(jumped, tmp_path, run).causes
+    assert (cause.effect, cause.where) == ("offset_change", "fp_1")
+    assert cause.ci95 is not None
+    low, high = cause.ci95
+    assert low < 15.0 < high

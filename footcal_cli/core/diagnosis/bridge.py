@@ -81,7 +81,7 @@ def problem_from(
         pieces=case.pieces,
         settings=_settings(ideal, rows) if case.settings else None,
         least=rows.least,
-        traces=_traces(case, rows) if rows.rate_hz > 0 or case.settings else None,
+        traces=_traces(case, rows) if rows.rate_hz > 0 or case.settings or case.pieces else None,
         raw=case.raw,
     )
     return with_imperfections(problem, ideal, rows)

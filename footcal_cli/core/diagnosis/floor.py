@@ -8,6 +8,7 @@ with the noise of single rows and with how far that calibration may be off.
 from __future__ import annotations
 
 import numpy as np
+from scipy import stats
 
 from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.inference.linear import scaled_inverse
@@ -72,11 +73,14 @@ def _times_of_stances(problem: Problem) -> float:
         mine = problem.output == o
         count = np.bincount(problem.block[mine], minlength=problem.blocks)
         mean = _mean(left[mine], problem.block[mine], problem.blocks)
-        several = count[count > 1]
-        if not several.size:
+        several = count > 1
+        if not several.any():
             continue
         apart = left[mine] - mean[problem.block[mine]]
-        within = float(apart @ apart) / float(np.sum(several - 1))
+        free = count[several] - 1
+        own = np.bincount(problem.block[mine], apart**2, problem.blocks)[several] / free
+        # of most stances: something may happen within one
+        within = float(np.median(own / (stats.chi2.median(free) / free)))
         unit = float(np.mean(problem.noise[mine]))
         floor = within / np.maximum(count, 1) + (problem.tolerance[o] / unit) ** 2
         shown = count > 0

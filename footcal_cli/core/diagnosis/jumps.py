@@ -90,13 +90,19 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     The mean residual of each load against the columns' means with a step of one output added:
     ``F = (RSS − RSS_step) / (RSS_step / ν) ~ F(1, ν)``, Bonferroni over all steps. A reading that
     drifts gives a step as well, and others beside it. Outputs of a sensor held in one attitude
-    after the other are each in units of what the step leaves there.
+    after the other, and of a robot in one stance after the other, are each in units of what the
+    step leaves there.
     """
-    blocks, outputs = problem.blocks, len(problem.outputs)
-    several = outputs > 1 or problem.settings is not None
-    if problem.traces is None or (several and not is_one_stream(problem)):
+    several = len(problem.outputs) > 1 or problem.settings is not None
+    apart = is_one_stream(problem) or problem.pieces
+    if problem.traces is None or (several and not apart):
+        return Jump()
+    blocks, seen = problem.blocks, _in_every_block(problem)
+    outputs = seen.size
+    if not outputs:
         return Jump()
     mean = means_of_blocks(problem, np.column_stack([problem.residual, fitted]))
+    mean = mean.reshape(blocks, len(problem.outputs), -1)[:, seen].reshape(blocks * outputs, -1)
     unit, whole = np.ones(outputs), np.repeat(np.arange(blocks - 1, 0, -1), outputs)
     for _ in range(_ROUNDS if outputs > 1 else 1):
         of_row = np.tile(unit, blocks)
@@ -125,17 +131,25 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     usual = np.sqrt(squares / free)
     time_s = problem.traces.time_s
     before, after = (time_s[problem.block == b] for b in (at, at + 1))
-    noise = float(np.mean(problem.noise[problem.output == output]))
+    noise = float(np.mean(problem.noise[problem.output == seen[output]]))
     return Jump(
         p=min(1.0, taken.size * float(stats.f.sf(taken[best] / (squares / free), 1, free))),
         after_s=float(before.min()),  # under which of the two loads, or in between
         before_s=float(after.max()),
         usual=usual * float(of_row[output]) * noise,
-        unit=problem.units[output],
+        unit=problem.units[seen[output]],
         size=abs(float(most)) / usual,
         left=float(np.sum((left * of_row) ** 2)),
         share=float(taken[best] / max(taken[best] + own, 1e-300)),
     )
+
+
+def _in_every_block(problem: Problem) -> IntArray:
+    """Outputs of which every block has rows: a foot is in the air in some stances only."""
+    outputs = len(problem.outputs)
+    at = problem.block * outputs + problem.output
+    rows = np.bincount(at, minlength=problem.blocks * outputs).reshape(-1, outputs)
+    return np.flatnonzero((rows > 0).all(axis=0))
 
 
 def is_one_stream(problem: Problem) -> bool:
