@@ -31,7 +31,7 @@ _UNSURE_M, _UNSURE_SHARE = 0.005, 0.2
 """How far the CoM may lie off the centre of pressure: so much, or this share of how it moves."""
 _SAME_M = 0.03
 """Places so near to one another are one: feet that report in the frame of the CoM."""
-_CARRIES = 0.05
+_CARRIES, _GAINS = 0.05, 0.2
 
 
 @dataclass(frozen=True)
@@ -113,11 +113,16 @@ def _places(
     least = _CARRIES * float(np.median(whole)) if whole.size else 0.0
     if whole.size < 8 * len(feet) or least <= 0.0 or whole.min() < least:
         return None
-    share = load / whole[:, None]
-    if len(feet) > 1 and share.std(axis=0).min() < _SHIFTS:
+    if len(feet) > 1 and (load / whole[:, None]).std(axis=0).min() < _SHIFTS:
         return None
-    carried = rows[:, 2 + len(feet) :].reshape(len(rows), len(feet), 2).sum(axis=1)
-    wanted = rows[:, :2] - carried / whole[:, None]
+    moments = rows[:, 2 + len(feet) :].reshape(len(rows), len(feet), 2)
+    # what the feet carry together does not change: one that reads too much shows as weight shifts
+    gains = np.linalg.lstsq(load / np.median(whole), np.ones(len(load)), rcond=None)[0]
+    if np.abs(gains - 1.0).max() < _GAINS:
+        load, moments = load * gains, moments * gains[:, None]
+    whole = load.sum(axis=1)
+    share = load / whole[:, None]
+    wanted = rows[:, :2] - moments.sum(axis=1) / whole[:, None]
     still = _still(rows[:, :2])
     places = np.linalg.lstsq(share[still], wanted[still], rcond=None)[0]
     off = np.sqrt(np.mean((wanted - share @ places)[still] ** 2, axis=0))

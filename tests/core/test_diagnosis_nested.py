@@ -45,5 +45,5 @@ def test_a_look_alike_that_the_refit_surely_puts_behind_leads_to_the_same_cause(
         compared={"delay": excess(0.7), "imu_tilt": excess(-0.1)},
     )  # fmt: skip
     chosen = tuple(frozenset(names) for names in (["clock_drift"], ["delay"], ["imu_tilt"], []))
-    nested = Nested(np.arange(4), chosen, *np.zeros((2, 4, 1)))
+    nested = Nested(np.arange(4), chosen, np.zeros((4, 1)), np.zeros((4, 1)), np.zeros(4))
     assert nested.alike([cause.begun_by]).tolist() == [True, True, False, False]

@@ -12,7 +12,7 @@ from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.scores import held_out_loss
+from footcal_cli.core.inference.scores import held_out_loss, losses_in_what_is_open
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
@@ -119,6 +119,23 @@ def losses(baseline: Problem, models: Sequence[Problem], noise: Noise) -> tuple[
     grams = [calibration_grams(judged, noise) for judged in (baseline, *models)]
     before, *after = (float(held_out_loss(g.inner, g.calibration, g.plain).sum()) for g in grams)
     return before, min(after)
+
+
+def removed_in_what_is_open(baseline: Problem, extended: Problem, noise: Noise) -> FloatArray:
+    """What an extended model removes of each block's held-out error, shape (B,).
+
+    Both errors are counted in what the other blocks leave open of the extended model.
+    """
+    open_too = extended.shared
+    found = []
+    for problem, free in ((baseline.holding(open_too), open_too.shape[1]), (extended, 0)):
+        grams = calibration_grams(problem, noise)
+        products = grams.inner.among(np.append(grams.calibration, grams.inner.last))
+        fitted = np.arange(grams.calibration.size - free)
+        alone = np.eye(len(products), dtype=bool)
+        found.append([losses_in_what_is_open(products, fitted, one)[0] for one in alone])
+    before, after = np.array(found)
+    return np.asarray(before - after)
 
 
 def output_losses(problem: Problem, noise: Noise) -> FloatArray:

@@ -157,7 +157,7 @@ def investigate(
         if way.once:
             return _named(subject, happened(subject, way, verdict))
         stands = standing(subject, way, verdict, share, rules, seed)
-        if stands.holds(problem):
+        if stands.holds:
             return _named(subject, stands)
         # what was chosen without a block does not predict it, or is chosen only with all of them
         matters = large or _matters(subject, way, beside=False)

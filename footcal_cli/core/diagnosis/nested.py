@@ -16,7 +16,7 @@ from footcal_cli.core.diagnosis.weighing import alike_as
 from footcal_cli.core.inference.evidence import sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.inference.scores import coefficients
+from footcal_cli.core.inference.scores import coefficients, losses_in_what_is_open
 from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -34,12 +34,15 @@ class Nested:
     loss, bare
         Squared error of each block and output in units of the noise with what was chosen and
         without any effect, shape (B, outputs).
+    removed
+        What is chosen without its fold removes of each block's error, in what is open, shape (B,).
     """
 
     fold: IntArray
     chosen: tuple[frozenset[str], ...]
     loss: FloatArray
     bare: FloatArray
+    removed: FloatArray
 
     def alike(self, sets: Sequence[frozenset[str]]) -> BoolArray:
         """Blocks without which one effect of each set, and nothing else, was chosen, shape (B,)."""
@@ -97,17 +100,27 @@ def nested_losses(
     total = products.sum(axis=0)
     at_last = [of_one.last for of_one in grams.by_output]
     loss, bare = (np.zeros((blocks, len(problem.outputs))) for _ in range(2))
+    removed = np.zeros(blocks)
     for f, pick in enumerate(picks):
         mine = np.flatnonzero(fold == f)
+        chosen = np.append(base, extra[np.isin(used, pick)])
+        if lib.problem.pieces or lib.problem.known is not None:
+            at = np.append(chosen, last)
+            in_open = products[:, at[:, None], at]
+            before, after = (
+                losses_in_what_is_open(in_open, np.arange(count), fold == f)
+                for count in (base.size, chosen.size)
+            )
+            removed[mine] = before - after
         left = total - products[mine].sum(axis=0)
         own = [of_one.of_blocks(fold == f) for of_one in grams.by_output]
-        for out, columns in ((loss, np.append(base, extra[np.isin(used, pick)])), (bare, base)):
+        for out, columns in ((loss, chosen), (bare, base)):
             weights = np.append(-coefficients(left, columns, last)[:, 0], 1.0)
             for o, one in enumerate(own):
                 products_of = one.among(np.append(grams.calibration[columns], at_last[o]))
                 out[mine, o] = np.einsum("i,bij,j->b", weights, products_of, weights)
     effects = tuple(frozenset(lib.problem.signatures[i].effect for i in pick) for pick in picks)
-    return Nested(fold, effects, loss, bare)
+    return Nested(fold, effects, loss, bare, removed)
 
 
 def _likeness(lib: Library, rules: Rules) -> float:

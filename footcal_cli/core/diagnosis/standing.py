@@ -24,6 +24,7 @@ from footcal_cli.core.diagnosis.gain import (
     gains_from,
     gains_of,
     output_losses,
+    removed_in_what_is_open,
     without_rivals,
 )
 from footcal_cli.core.diagnosis.kindred import excess_of
@@ -56,6 +57,8 @@ class Standing:
         Share of blocks without which the same effects are chosen.
     p
         That it predicts blocks of stances no better, by signs of the blocks; 0 elsewhere.
+    better
+        Whether it predicts blocks better at all.
     departure
         How far the calibration must be from what was known of it, without and with the names.
     """
@@ -66,9 +69,11 @@ class Standing:
     gains: tuple[Gain, ...]
     stable: float
     p: float
+    better: bool = True
     departure: Departure | None = None
 
-    def holds(self, problem: Problem) -> bool:
+    @property
+    def holds(self) -> bool:
         """Whether it predicts blocks that had no say, and is chosen without most of them.
 
         Where a known calibration could take up what is wrong, blocks are predicted as well without
@@ -80,7 +85,7 @@ class Standing:
         if self.departure is not None and self.departure.p < rules.alpha_name:
             # a single name after which the calibration is still far off leaves something
             return not self.departure.far or self.verdict is Verdict.AMBIGUOUS
-        return self.p <= rules.alpha_rival and bought(self.gains, problem) > 0.0
+        return self.p <= rules.alpha_rival and self.better
 
 
 def standing(
@@ -112,6 +117,7 @@ def standing(
     extended = without_rivals(final, path.model)
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)
+    better = False
     # blocks without which other effects are chosen are predicted by those, their fold left out
     same = alike[:, None]
     old = np.where(same, output_losses(problem, final.law), nested.bare)
@@ -123,11 +129,15 @@ def standing(
     if problem.pieces or problem.known is not None:
         # a test of rows takes the pieces of a stance for more than they are, and a name may only
         # spare a known calibration a way that no block asks for: blocks judge too
-        p = sign_flip_mean((old - new).sum(axis=1), sign_patterns(problem.blocks, seed))
+        removed = removed_in_what_is_open(problem, extended, final.law)
+        removed = np.where(alike, removed, nested.removed)
+        better = float(removed.sum()) > 0.0
+        p = sign_flip_mean(removed, sign_patterns(problem.blocks, seed))
     if problem.pieces or hidden:
         among = likeness_of(library, rules)
         departure = departure_of(problem, extended, final.law, count, among)
-    return Standing(path, verdict, share, gains, float(np.mean(alike)), p, departure)
+    better = better or bought(gains, problem) > 0.0
+    return Standing(path, verdict, share, gains, float(np.mean(alike)), p, better, departure)
 
 
 def happened(subject: Subject, path: Path, verdict: Verdict) -> Standing:

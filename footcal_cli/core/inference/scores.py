@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.inference.grams import Grams
-from footcal_cli.core.inference.linear import regressed
+from footcal_cli.core.inference.linear import regressed, scaled_inverse
 from footcal_cli.core.inference.products import Products
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _RCOND = 1e-9
 _INSIDE = 1e-7
@@ -101,6 +101,36 @@ def held_out_loss(inner: Products, base: IntArray, judged: Products | None = Non
     weights = inner.fit(base, _weights_without_each)
     own = _of_fit(inner if judged is None else judged, base)
     return np.asarray(np.einsum("bi,bij,bj->b", weights, own, weights, optimize=True))
+
+
+def losses_in_what_is_open(
+    products: FloatArray, fitted: IntArray, without: BoolArray
+) -> FloatArray:
+    """Squared error of the blocks that are left out, as sure as the others are of it, shape (b,).
+
+    ``rᵀ V⁻¹ r`` with ``V = I + A P Aᵀ``: r a block's error at the fit of the others, P⁻¹ what these
+    know of all columns A. By Woodbury ``rᵀr − gᵀ (P⁻¹ + AᵀA)⁻¹ g``, ``g = Aᵀ r``. What a block
+    alone knows (a plate's zero, by the one stance without load) is no error of its prediction.
+
+    Parameters
+    ----------
+    products
+        Of columns and, last, the residual, shape (B, k + 1, k + 1).
+    fitted
+        Columns that are fitted; the others are open, and 0.
+    without
+        Blocks that are left out, shape (B,).
+    """
+    rest, last = products[~without].sum(axis=0), products.shape[1] - 1
+    weights = np.zeros(last + 1)
+    weights[fitted] = -coefficients(rest, fitted, np.array([last]))[:, 0]
+    weights[last] = 1.0
+    found = []
+    for own in products[without]:
+        left = own @ weights
+        known = scaled_inverse((rest + own)[:last, :last], _RCOND)
+        found.append(float(weights @ left - left[:last] @ known @ left[:last]))
+    return np.array(found)
 
 
 def _weights_without_each(products: FloatArray) -> FloatArray:
