@@ -14,6 +14,7 @@ from footcal_cli.core.diagnosis.weighing import (
     Evidence,
     between_blocks,
     has_few_blocks,
+    is_possible,
     of_cells_p,
     single_rows_p,
     weigh,
@@ -175,7 +176,7 @@ def _next_step(
         # a size outside its physical range by more than its own error
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
         size = evidence.size[c]
-        if size < signature.lower - spread or size > signature.upper + spread:
+        if not is_possible(signature, float(size), float(spread), rules.second_share):
             why.append(Refusal(signature, Why.IMPOSSIBLE, float(size)))
             continue
         before = max(start_loss - float(loss.sum()), 0.0)
@@ -258,7 +259,7 @@ def _rivals(
             continue
         size = evidence.size[c]
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
-        if size < other.lower - spread or size > other.upper + spread:
+        if not is_possible(other, float(size), float(spread), rules.second_share):
             continue
         if _out_of_it(lib, evidence, base, best, c, signs, rules, seed):
             continue
