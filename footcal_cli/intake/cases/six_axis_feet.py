@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.chain import Chain, link
 from footcal_cli.core.diagnosis.blocks import cut_balanced
+from footcal_cli.core.effects.body import COM_OFFSET, MASS
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.inference.case import Case
@@ -49,6 +51,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     ]
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
+    chain, values = with_beliefs(chain, values, channels)
     calibration = offset_parameters(channels, values)
     values |= {parameter.name: parameter.value for parameter in calibration}
     weight = session.recipe.robot.weight_n or 700.0
@@ -74,6 +77,22 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         demand_noisy=walks,
     )
     return CaseRead(case, [], of_cells(experiment))
+
+
+def with_beliefs(
+    chain: Chain, values: dict[str, float], channels: Sequence[str]
+) -> tuple[Chain, dict[str, float]]:
+    """The chain with the mass and the CoM as a calibration corrected them, and its values.
+
+    What `static-init` found is part of the calibration in use, not of what that gets wrong.
+    """
+    for effect in (MASS, COM_OFFSET):
+        neutral = {f"robot.{p.name}": p.neutral for p in effect.parameters}
+        if any(values.get(name, still) != still for name, still in neutral.items()):
+            values = {**neutral, **values}
+            if all(known.effect is not effect for known in chain.links):
+                chain = chain.with_link(link(effect, channels))
+    return chain, values
 
 
 def _cut(log: Log, experiment: Experiment, judged: BoolArray) -> Log:
