@@ -147,6 +147,11 @@ def has_few_blocks(problem: Problem, informative: float) -> bool:
     return informative < min(_FEWEST, _SOME * problem.blocks)
 
 
+def beyond_range(p: float, rules: Rules) -> float:
+    """Share that may be lost at the end of a range: none unless the effect is certain."""
+    return rules.second_share if p < rules.alpha_small else 0.0
+
+
 def is_possible(signature: Signature, size: float, spread: float, share: float) -> bool:
     """Whether a linear size is one that an effect may have, or overshoots its range only a little.
 
