@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from footcal_cli.core.effects.body import LIMB_SWING
 from footcal_cli.core.effects.calibration import AXES, OFFSET
 from footcal_cli.core.effects.six_axis import SCALE_MATRIX
 from footcal_cli.core.experiments import stand
+from footcal_cli.core.inference import grams
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.log import Log
@@ -187,3 +190,16 @@ def test_the_gain_of_the_other_leg_stays_usual_beside_a_cause() -> None:
     problem = problem_from(named, rows_of(named), TABLE.values(), describe)
     gains = {s.where for s in problem.usual_of if s.effect == "scale_matrix"}
     assert gains == {"a"}
+
+
+def test_in_a_stand_what_is_bounded_is_known_to_its_usual_size() -> None:
+    """Not the mass, which nothing bounds, and nothing in a walk."""
+    names = ("scale_matrix", "mass", "mount_translation")
+    problem: Any = SimpleNamespace(
+        pieces=True, held=np.ones((4, 1)), usual_of_any_size=frozenset({"mass"}),
+        usual_of=tuple(Signature(name, name, "left", "-") for name in names),
+    )  # fmt: skip
+    shared = np.arange(20, 25)  # one that is held, three usual ones, one accepted
+    assert grams._of_usual_size(problem, shared).tolist() == [21, 23]
+    problem.pieces = False
+    assert grams._of_usual_size(problem, shared).size == 0

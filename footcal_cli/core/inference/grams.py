@@ -166,6 +166,11 @@ def whitened_grams(
         within = partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
         suspects = numbers[3] if problem.pieces else numbers[3][:0]
         inner = partial_out(rows, numbers[2], variance_beside(rows, base, numbers[2], suspects))
+        tied = _of_usual_size(problem, numbers[1])
+        if tied.size:
+            inner, within = (
+                with_known(p, np.eye(tied.size) / problem.blocks, tied) for p in (inner, within)
+            )
         if problem.known is not None:
             # what is known beforehand, in equal shares, so that a fold less is a little less of it
             known = problem.known / problem.blocks
@@ -237,6 +242,19 @@ def _raw_stretches(
     partner = {key(rows): rows for rows in parts_of(tracking, problem.block)}
     # a stretch whose kept rows have their middle in the one before has no rows left there
     return [partner.pop(key(rows), rows[:0]) for rows in stretches]
+
+
+def _of_usual_size(problem: Problem, shared: IntArray) -> IntArray:
+    """Columns of a stand's usual imperfections whose size is bounded, each known to one of them.
+
+    Free, a gain of a per mille and a screw of a millimetre trade against each other by metres in
+    the only stance that tells them apart.
+    """
+    if not problem.pieces:
+        return shared[:0]
+    first = 0 if problem.held is None else problem.held.shape[1]
+    bounded = [s.effect not in problem.usual_of_any_size for s in problem.usual_of]
+    return np.asarray(shared[first : first + len(bounded)][np.array(bounded, dtype=bool)])
 
 
 def _free_in_every_block(
