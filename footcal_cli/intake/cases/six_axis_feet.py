@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,7 +51,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     ]
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
-    chain, values = with_beliefs(chain, values, channels)
+    logs = [as_corrected(log, values) for log in logs]
     calibration = offset_parameters(channels, values)
     values |= {parameter.name: parameter.value for parameter in calibration}
     weight = session.recipe.robot.weight_n or 700.0
@@ -79,20 +79,18 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     return CaseRead(case, [], of_cells(experiment))
 
 
-def with_beliefs(
-    chain: Chain, values: dict[str, float], channels: Sequence[str]
-) -> tuple[Chain, dict[str, float]]:
-    """The chain with the mass and the CoM as a calibration corrected them, and its values.
+def as_corrected(log: Log, values: Mapping[str, float]) -> Log:
+    """The log with the mass and the CoM as a calibration corrected them.
 
-    What `static-init` found is part of the calibration in use, not of what that gets wrong.
+    What `static-init` found is part of the calibration in use, not of what that gets wrong; how far
+    it may be off stays a usual imperfection.
     """
     for effect in (MASS, COM_OFFSET):
         neutral = {f"robot.{p.name}": p.neutral for p in effect.parameters}
         if any(values.get(name, still) != still for name, still in neutral.items()):
-            values = {**neutral, **values}
-            if all(known.effect is not effect for known in chain.links):
-                chain = chain.with_link(link(effect, channels))
-    return chain, values
+            of = Chain((link(effect, log.channels),))
+            log = of.remove(log, {**neutral, **values})[0]
+    return log
 
 
 def _cut(log: Log, experiment: Experiment, judged: BoolArray) -> Log:
