@@ -203,3 +203,20 @@ def test_in_a_stand_what_is_bounded_is_known_to_its_usual_size() -> None:
     assert grams._of_usual_size(problem, shared).tolist() == [21, 23]
     problem.pieces = False
     assert grams._of_usual_size(problem, shared).size == 0
+
+
+def test_what_one_stance_alone_tells_of_a_calibration_is_taken_out_of_it() -> None:
+    """A sum that all stances show stays; a difference that only the last one shows goes there."""
+    block = np.repeat(np.arange(4), 6)
+    both, left = np.ones(24), np.where(block == 3, np.tile([1.0, 0.0], 12), 0.5)
+    rows = np.column_stack([both, left, np.random.default_rng(0).standard_normal(24)])
+    kept, columns = np.arange(24), np.arange(2)
+    raw, white = grams._without_known_to_one(rows, rows, block, kept, columns)
+    np.testing.assert_allclose(white[:18], rows[:18])
+    difference = (left - 0.5 * both)[18:]
+    np.testing.assert_allclose(difference @ white[18:], 0.0, atol=1e-9)
+    np.testing.assert_allclose(raw, white)
+    seen = rows.copy()
+    seen[:6, 1] = np.tile([1.0, 0.0], 3)  # another stance shows it too
+    again, _ = grams._without_known_to_one(seen, seen, block, kept, columns)
+    np.testing.assert_allclose(again, seen)
