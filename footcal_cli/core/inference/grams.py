@@ -289,9 +289,9 @@ def _free_in_every_block(
 def _without_known_to_one(
     raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, columns: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Rows less what a block alone tells of the calibration, unwhitened and whitened.
+    """Rows less what a block alone shows of the calibration, unwhitened and whitened.
 
-    The only stance on one foot tells the offsets apart; from all others it is predicted with a
+    The only stance on one foot distinguishes the offsets; from all others it is predicted with a
     variance of ``ρ = vᵀ K_b v / vᵀ (K − K_b) v`` times the noise, K the information on the
     calibration. Where ρ is more than the number of rows, the error of that one prediction would
     outweigh all of them, whatever the model: its direction ``C_b v`` is taken out of the block.
@@ -309,12 +309,12 @@ def _without_known_to_one(
         alone = ways[:, ratio > len(white)] / scale[:, None]
         if not alone.size:
             continue
-        told, _ = np.linalg.qr(part @ alone)
-        white[mine[b]] -= told @ (told.T @ white[mine[b]])
+        way, _ = np.linalg.qr(part @ alone)
+        white[mine[b]] -= way @ (way.T @ white[mine[b]])
         if raw.shape[1]:
             rows = np.flatnonzero(block == b)
-            told, _ = np.linalg.qr(raw[np.ix_(rows, columns)] @ alone)
-            raw[rows] -= told @ (told.T @ raw[rows])
+            way, _ = np.linalg.qr(raw[np.ix_(rows, columns)] @ alone)
+            raw[rows] -= way @ (way.T @ raw[rows])
     return raw, white
 
 
