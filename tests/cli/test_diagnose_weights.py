@@ -178,3 +178,4 @@ def test_what_offline_fit_finds_is_said_where_blocks_are_too_few(run: Run, tmp_p
     record = diagnosed(run, pd.concat(rows), tmp_path)
     assert record.verdict == "underpowered"
     assert record.sentence.startswith("1 of 3 cells need more than a scale and a bias")
+    assert f"scale and a bias: {CELLS[1]}. Too few blocks" in record.sentence

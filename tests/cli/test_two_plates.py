@@ -73,3 +73,18 @@ def test_a_jump_of_an_offset_is_named_though_no_stance_repeats_it(tmp_path: Path
     assert cause.ci95 is not None
     low, high = cause.ci95
     assert low < 15.0 < high
+
+
+def test_what_the_calibration_corrected_is_no_finding(tmp_path: Path, run: Run) -> None:
+    """A mass 3 kg off: `static-init` finds it, and nothing is left."""
+    recipe, stood = tmp_path / "my.toml", tmp_path / "again"
+    given = calibrated(plate_stand(11), tmp_path, run)[:2]
+    text = recipe.read_text(encoding="utf-8")
+    recipe.write_text(text.replace(f"mass_kg = {MASS_KG}", f"mass_kg = {MASS_KG + 3.0}"), "utf-8")
+    assert run("static-init", *given, "--out", stood).exit_code == 0
+    found = read_record(ParametersRecord, stood / "parameters.json").parameters
+    assert abs(found["robot.mass_correction"].value + 3.0) < 1.0
+    asked = ("--experiment", "stand", "--no-pictures", "--out", tmp_path / "why")
+    start = ("--parameters", stood / "parameters.json")
+    assert run("diagnose", *given, *start, *asked).exit_code == 0
+    assert read_record(DiagnosisRecord, tmp_path / "why" / "diagnosis.json").verdict == "none"

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
+import pytest
 
-from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis import growth
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.gain import losses
-from footcal_cli.core.diagnosis.growth import _is_something
+from footcal_cli.core.diagnosis.growth import _is_something, grown_by_one
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -105,3 +109,60 @@ def test_sizes_that_are_all_nothing_together_seldom_count() -> None:
     spread = np.diag(np.full(9, 0.01**2))
     found = [stands(*drawn(rng, spread)) for _ in range(400)]
     assert np.mean(found) < 0.15
+
+
+NAMED, LIKE, NEXT = "cell_position", "dead_zone", "creep"
+
+
+def cause_named(effect: str) -> Cause:
+    one = Interval(0.0, 0.0, 0.0)
+    return Cause(Signature(effect, effect, "fl", "-"), one, 0.0, one, 9, 0.0, (), ())
+
+
+def grown_from(
+    monkeypatch: pytest.MonkeyPatch, nothing: set[str], unsettled: set[str]
+) -> tuple[str | None, list[str]]:
+    """Which effect stands its refit, and the winners of all contests, where some are nothing."""
+    contests: list[str] = []
+
+    def answer(*names: str) -> Diagnosis:
+        return cast("Diagnosis", SimpleNamespace(
+            causes=tuple(cause_named(n) for n in names), rules=Rules()))  # fmt: skip
+
+    def decided(*given: Any) -> tuple[Cause, Refit]:
+        first, failed = given[3].causes[0].signature.effect, given[5]
+        won = LIKE if first == NAMED and LIKE not in failed else first
+        contests.append(won)
+        return cause_named(won), cast("Refit", SimpleNamespace(converged=won not in unsettled))
+
+    def needed(subject: Subject, causes: list[Cause], fitted: Refit) -> tuple[list[Cause], Refit]:
+        return [c for c in causes if c.signature.effect not in nothing], fitted
+
+    def again(*given: Any) -> Diagnosis:
+        left = [name for name in (NAMED, NEXT) if name not in given[4]]
+        return answer(*left[:1])
+
+    monkeypatch.setattr(growth, "decided", decided)
+    monkeypatch.setattr(growth, "_needed", needed)
+    monkeypatch.setattr(growth, "diagnose", again)
+    subject = cast("Subject", SimpleNamespace(table=TABLE))
+    found, _ = grown_by_one(subject, [], None, cast("Problem", None), answer(NAMED), None, 0)
+    return (found[0][0].signature.effect if found else None), contests
+
+
+def test_a_look_alike_that_is_nothing_takes_no_name_with_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It wins the contest by a hair and has no size; what was named has one."""
+    assert grown_from(monkeypatch, {LIKE}, set()) == (NAMED, [LIKE, NAMED])
+    assert grown_from(monkeypatch, {LIKE, NAMED}, set()) == (NEXT, [LIKE, NAMED, NEXT])
+    assert grown_from(monkeypatch, {LIKE, NAMED, NEXT}, set())[0] is None
+
+
+def test_a_refit_that_found_no_end_leaves_the_word_to_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where no other one finds an end, it counts."""
+    assert grown_from(monkeypatch, set(), {LIKE})[0] == NAMED
+    assert grown_from(monkeypatch, set(), {LIKE, NAMED})[0] == NEXT
+    assert grown_from(monkeypatch, {NEXT}, {LIKE, NAMED})[0] == LIKE

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from footcal_cli.core.effects.body import LIMB_SWING
 from footcal_cli.core.effects.calibration import AXES, OFFSET
 from footcal_cli.core.effects.six_axis import SCALE_MATRIX
 from footcal_cli.core.experiments import stand
+from footcal_cli.core.inference import grams
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.log import Log
@@ -187,3 +190,33 @@ def test_the_gain_of_the_other_leg_stays_usual_beside_a_cause() -> None:
     problem = problem_from(named, rows_of(named), TABLE.values(), describe)
     gains = {s.where for s in problem.usual_of if s.effect == "scale_matrix"}
     assert gains == {"a"}
+
+
+def test_in_a_stand_what_is_bounded_is_known_to_its_usual_size() -> None:
+    """Not the mass, which nothing bounds, and nothing in a walk."""
+    names = ("scale_matrix", "mass", "mount_translation")
+    problem: Any = SimpleNamespace(
+        pieces=True, held=np.ones((4, 1)), usual_of_any_size=frozenset({"mass"}),
+        usual_of=tuple(Signature(name, name, "left", "-") for name in names),
+    )  # fmt: skip
+    shared = np.arange(20, 25)  # one that is held, three usual ones, one accepted
+    assert grams._of_usual_size(problem, shared).tolist() == [21, 23]
+    problem.pieces = False
+    assert grams._of_usual_size(problem, shared).size == 0
+
+
+def test_what_one_stance_alone_tells_of_a_calibration_is_taken_out_of_it() -> None:
+    """A sum that all stances show stays; a difference that only the last one shows goes there."""
+    block = np.repeat(np.arange(4), 6)
+    both, left = np.ones(24), np.where(block == 3, np.tile([1.0, 0.0], 12), 0.5)
+    rows = np.column_stack([both, left, np.random.default_rng(0).standard_normal(24)])
+    kept, columns = np.arange(24), np.arange(2)
+    raw, white = grams._without_known_to_one(rows, rows, block, kept, columns)
+    np.testing.assert_allclose(white[:18], rows[:18])
+    difference = (left - 0.5 * both)[18:]
+    np.testing.assert_allclose(difference @ white[18:], 0.0, atol=1e-9)
+    np.testing.assert_allclose(raw, white)
+    seen = rows.copy()
+    seen[:6, 1] = np.tile([1.0, 0.0], 3)  # another stance shows it too
+    again, _ = grams._without_known_to_one(seen, seen, block, kept, columns)
+    np.testing.assert_allclose(again, seen)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pytest
 
 from footcal_cli.core.inference.linear import (
     least_squares,
@@ -60,3 +63,15 @@ def test_inverses_of_many_blocks_are_the_inverses_of_each() -> None:
     assert not alone[:, 2].any()
     kept = np.ix_(range(6), [0, 1, 3], [0, 1, 3])
     np.testing.assert_allclose(alone[kept], scaled_inverse(products[kept], 1e-9), rtol=1e-9)
+
+
+def test_a_basis_is_found_where_divide_and_conquer_does_not_converge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def failing(*_: Any, **__: Any) -> None:
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    expected = orthonormal(basis_of(), 1e-8)
+    monkeypatch.setattr(np.linalg, "svd", failing)
+    basis = orthonormal(basis_of(), 1e-8)
+    np.testing.assert_allclose(basis @ basis.T, expected @ expected.T, atol=1e-10)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis.weighing import of_one_form_p
+from footcal_cli.core.diagnosis.weighing import is_possible, of_one_form_p
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.parameters import FloatArray
 
 CELLS, EACH, SCATTER = 8, 7, 0.3
@@ -53,3 +54,16 @@ def test_seven_sessions_of_one_cell_reach_the_level_of_a_family() -> None:
 def test_what_one_session_alone_knows_is_nothing() -> None:
     kind = np.arange(4)
     assert (of_one_form_p(np.ones((4, 4)), np.eye(4), np.zeros(4, np.int64), kind) == 1).all()
+
+
+def test_a_linear_size_may_overshoot_as_far_as_the_end_still_explains_most() -> None:
+    """At the end e of the range ``(1 − e/β)²`` of what size β explains is lost."""
+    stops = Signature("saturation", "saturation", "fl", "-", lower=0.0, upper=1.0)
+    assert is_possible(stops, 1.9, 0.0, 0.25)
+    assert not is_possible(stops, 2.1, 0.0, 0.25)
+    assert not is_possible(stops, 1.1, 0.0, 0.0)
+    assert is_possible(stops, 1.1, 0.2, 0.0)
+    assert not is_possible(stops, -0.1, 0.0, 0.25), "no other sign"
+    flipped = Signature("sign_flip", "sign_flip", "fl", "-", lower=0.7, upper=1.3)
+    assert not is_possible(flipped, 0.6, 0.0, 0.25), "what falls short does not overshoot"
+    assert not is_possible(flipped, 0.0, 0.0, 0.25)

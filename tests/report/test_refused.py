@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
 from footcal_cli.core.diagnosis.refusal import Refusal, Why
+from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.problem import Signature
+from footcal_cli.records.results import VerdictRecord
+from footcal_cli.sheets.diagnosis import report, sentences
+from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.refused import refused_lines
 
 
@@ -30,3 +41,36 @@ def test_every_reason_has_its_own_sentence() -> None:
     assert len(set(lines)) == len(Why)
     assert all(line.startswith("IMU tilt") and line.endswith(".") for line in lines)
     assert not any(" rad" in line or "_" in line for line in lines)
+
+
+@pytest.mark.parametrize(("informative", "enough"), [(12.0, True), (5.5, False)])
+def test_blocks_that_are_enough_are_not_called_too_few(
+    monkeypatch: pytest.MonkeyPatch, informative: float, *, enough: bool
+) -> None:
+    """Eight are needed: where twelve inform of an effect it is their content that is too little."""
+    row = SimpleNamespace(status=EffectStatus.NOT_TESTABLE, informative=informative)
+    first = SimpleNamespace(rules=Rules(), smallest_p=5e-4, effects=[row])
+    found: Any = SimpleNamespace(problem=SimpleNamespace(blocks=12), rounds=[first])
+    monkeypatch.setattr(sentences, "cannot_lines", lambda *_: [])
+    sentence, _ = sentences.underpowered(cast("Any", found), {})
+    assert ("8 are needed" in sentence) is not enough
+    assert sentence.startswith("Too little moves" if enough else "Too short")
+
+
+def test_cells_with_too_few_sessions_are_named_with_how_many(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Twelve blocks of four cells reach the level, three of one do not."""
+    logs = [SimpleNamespace(channels=(c,), block=np.arange(3).repeat(5)) for c in "ABCD"]
+    first = SimpleNamespace(rules=Rules(), smallest_p=5e-4)
+    found: Any = SimpleNamespace(
+        case=SimpleNamespace(logs=logs), rounds=[first], verdict=Verdict.UNDERPOWERED
+    )
+    said = VerdictRecord(level="warning", sentence="Record at least 1 more.")
+    monkeypatch.setattr(report, "study_sentence", lambda _: None)
+    alone: Any = [SimpleNamespace(channel="B")]
+    answer = report._undecided(Answer(said, (), None, None), found, alone)
+    assert answer.verdict.sentence == (
+        "1 of 4 cells need more than a scale and a bias: B. "
+        "Too few blocks to name the cause: 3 of B."
+    )

@@ -51,20 +51,24 @@ def grown_by_one(
     seed
         Of sign patterns.
     """
-    first, failed = answer, frozenset[str]()
-    for _ in range(answer.rules.most_tries):
-        if not answer.causes:
-            break
+    first, failed, tries = answer, frozenset[str](), 0
+    unsettled: tuple[tuple[list[Cause], Refit], Diagnosis] | None = None
+    while answer.causes and tries < answer.rules.most_tries:
         cause, fitted = decided(subject, causes, model, answer, seed, failed)
         needed, fitted = _needed(subject, [*causes, cause], fitted)
         sure = not causes or _is_sure(cause, subject.table[cause.signature.effect], fitted)
         if cause in needed and len(needed) > len(causes):
             if not sure:
                 break
-            return (needed, fitted), answer
-        failed |= {cause.signature.effect, answer.causes[0].signature.effect}
+            if fitted.converged:
+                return (needed, fitted), answer
+            unsettled = unsettled or ((needed, fitted), answer)
+        failed |= {cause.signature.effect}
+        if cause.signature.effect != answer.causes[0].signature.effect:
+            continue  # a look-alike that is nothing itself says nothing of the named one
+        tries += 1
         answer = diagnose(current, answer.rules, seed, start, failed)
-    return None, first
+    return unsettled or (None, first)
 
 
 def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:

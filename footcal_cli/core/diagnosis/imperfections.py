@@ -69,6 +69,9 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
         rest,
         usual=columns[:, kept],
         usual_of=tuple(signatures[k] for k in kept),
+        usual_of_any_size=frozenset(
+            item.effect.name for item in ideal.experiment.imperfections if not item.bounded
+        ),
         excluded=(*problem.excluded, *(Excluded(e, "", reason) for e in whole)),
     )
 

@@ -13,7 +13,9 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.weighing import (
     Evidence,
     between_blocks,
+    beyond_range,
     has_few_blocks,
+    is_possible,
     of_cells_p,
     single_rows_p,
     weigh,
@@ -175,7 +177,8 @@ def _next_step(
         # a size outside its physical range by more than its own error
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
         size = evidence.size[c]
-        if size < signature.lower - spread or size > signature.upper + spread:
+        most = beyond_range(float(evidence.p[c]), rules)
+        if not is_possible(signature, float(size), float(spread), most):
             why.append(Refusal(signature, Why.IMPOSSIBLE, float(size)))
             continue
         before = max(start_loss - float(loss.sum()), 0.0)
@@ -258,7 +261,8 @@ def _rivals(
             continue
         size = evidence.size[c]
         spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
-        if size < other.lower - spread or size > other.upper + spread:
+        most = beyond_range(float(evidence.p[c]), rules)
+        if not is_possible(other, float(size), float(spread), most):
             continue
         if _out_of_it(lib, evidence, base, best, c, signs, rules, seed):
             continue

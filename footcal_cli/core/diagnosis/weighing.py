@@ -147,6 +147,31 @@ def has_few_blocks(problem: Problem, informative: float) -> bool:
     return informative < min(_FEWEST, _SOME * problem.blocks)
 
 
+def beyond_range(p: float, rules: Rules) -> float:
+    """Share that may be lost at the end of a range: none unless the effect is certain."""
+    return rules.second_share if p < rules.alpha_small else 0.0
+
+
+def is_possible(signature: Signature, size: float, spread: float, share: float) -> bool:
+    """Whether a linear size is one that an effect may have, or overshoots its range only a little.
+
+    A large effect bends the calibration that its linear size is beside: of a cell that stops, the
+    scale too is too small, and 1 is found as 1.4. At the end e of its range it would still explain
+    all but ``(1 − e/β)²`` of what it does at β; the refit finds the size.
+
+    Parameters
+    ----------
+    signature, size, spread
+        The candidate, its linear size β, and how far that may be off.
+    share
+        Share of what it explains that may be lost at the end of its range.
+    """
+    if signature.lower - spread <= size <= signature.upper + spread:
+        return True
+    end = float(np.clip(size, signature.lower, signature.upper))
+    return abs(end) < abs(size) and (1.0 - end / size) ** 2 <= share
+
+
 def of_cells_p(signatures: Sequence[Signature], found: Scores, which: int) -> float:
     """The p of one candidate alone, with the scatter of all that are of its form.
 

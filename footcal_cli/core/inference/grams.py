@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import linalg
 
 from footcal_cli.core.inference.kalman import standardised
 from footcal_cli.core.inference.problem import Problem
@@ -35,6 +36,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _FREE = 1e8
 _FREE_RIDGE = 1e-6
+_SMALLEST = 1e-300
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -143,6 +146,11 @@ def whitened_grams(
     else:
         if problem.drifts:
             raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
+        elif problem.pieces and problem.known is None:
+            usual = numbers[1][: problem.without_candidates.shared.shape[1]]
+            usual = usual if problem.accepted is None else usual[: -problem.accepted.shape[1]]
+            fitted = np.concatenate([numbers[0], usual])
+            raw, white = _without_known_to_one(raw, white, problem.block, kept, fitted)
         rows = block_products(white, problem.block[kept], problem.blocks)
     # how far the prediction of a tracked calibration is off depends on the slow noise that it
     # starts from; the innovations are what a model answers for
@@ -166,6 +174,11 @@ def whitened_grams(
         within = partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
         suspects = numbers[3] if problem.pieces else numbers[3][:0]
         inner = partial_out(rows, numbers[2], variance_beside(rows, base, numbers[2], suspects))
+        tied = _of_usual_size(problem, numbers[1])
+        if tied.size:
+            inner, within = (
+                with_known(p, np.eye(tied.size) / problem.blocks, tied) for p in (inner, within)
+            )
         if problem.known is not None:
             # what is known beforehand, in equal shares, so that a fold less is a little less of it
             known = problem.known / problem.blocks
@@ -239,6 +252,19 @@ def _raw_stretches(
     return [partner.pop(key(rows), rows[:0]) for rows in stretches]
 
 
+def _of_usual_size(problem: Problem, shared: IntArray) -> IntArray:
+    """Columns of a stand's usual imperfections whose size is bounded, each known to one of them.
+
+    Free, a gain of a per mille and a screw of a millimetre trade against each other by metres in
+    the only stance that tells them apart.
+    """
+    if not problem.pieces:
+        return shared[:0]
+    first = 0 if problem.held is None else problem.held.shape[1]
+    bounded = [s.effect not in problem.usual_of_any_size for s in problem.usual_of]
+    return np.asarray(shared[first : first + len(bounded)][np.array(bounded, dtype=bool)])
+
+
 def _free_in_every_block(
     raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, free: IntArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -257,6 +283,38 @@ def _free_in_every_block(
         if raw.shape[1]:
             rows = block == b
             raw[rows] -= raw[np.ix_(rows, free)] @ coefficients
+    return raw, white
+
+
+def _without_known_to_one(
+    raw: FloatArray, white: FloatArray, block: IntArray, kept: IntArray, columns: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rows less what a block alone shows of the calibration, unwhitened and whitened.
+
+    The only stance on one foot distinguishes the offsets; from all others it is predicted with a
+    variance of ``ρ = vᵀ K_b v / vᵀ (K − K_b) v`` times the noise, K the information on the
+    calibration. Where ρ is more than the number of rows, the error of that one prediction would
+    outweigh all of them, whatever the model: its direction ``C_b v`` is taken out of the block.
+    """
+    raw, white = raw.copy(), white.copy()
+    mine = [np.flatnonzero(block[kept] == b) for b in range(int(block.max()) + 1)]
+    own = [white[np.ix_(rows, columns)] for rows in mine]
+    information = [part.T @ part for part in own]
+    total = np.sum(information, axis=0)
+    scale = np.sqrt(np.clip(np.diag(total), _SMALLEST, None))
+    for b, part in enumerate(own):
+        rest = (total - information[b]) / np.outer(scale, scale)
+        rest[np.diag_indices_from(rest)] += _ROUNDING
+        ratio, ways = linalg.eigh(information[b] / np.outer(scale, scale), rest)
+        alone = ways[:, ratio > len(white)] / scale[:, None]
+        if not alone.size:
+            continue
+        way, _ = np.linalg.qr(part @ alone)
+        white[mine[b]] -= way @ (way.T @ white[mine[b]])
+        if raw.shape[1]:
+            rows = np.flatnonzero(block == b)
+            way, _ = np.linalg.qr(raw[np.ix_(rows, columns)] @ alone)
+            raw[rows] -= way @ (way.T @ raw[rows])
     return raw, white
 
 

@@ -31,7 +31,11 @@ def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
     rcond
         Singular value of the scaled columns, against the largest, from which a direction counts.
     """
-    left, singular, _ = np.linalg.svd(_of_norm_one(columns), full_matrices=False)
+    scaled = _of_norm_one(columns)
+    try:
+        left, singular, _ = np.linalg.svd(scaled, full_matrices=False)
+    except np.linalg.LinAlgError:  # divide and conquer fails on a few sound matrices
+        left, singular, _ = linalg.svd(scaled, full_matrices=False, lapack_driver="gesvd")
     return np.asarray(left[:, singular > rcond * singular.max(initial=0.0)])
 
 

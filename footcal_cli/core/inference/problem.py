@@ -123,6 +123,8 @@ class Problem:
     usual, usual_of
         Columns of the experiment's usual imperfections, fitted with the calibration but common to
         all blocks, in usual sizes, shape (m, u), and what they are.
+    usual_of_any_size
+        Effects among these whose size nothing bounds.
     """
 
     residual: FloatArray
@@ -155,6 +157,7 @@ class Problem:
     held: FloatArray | None = None
     usual: FloatArray | None = None
     usual_of: tuple[Signature, ...] = ()
+    usual_of_any_size: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         rows = self.residual.shape[0]

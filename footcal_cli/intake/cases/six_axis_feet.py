@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from footcal_cli.core.chain import Chain, link
 from footcal_cli.core.diagnosis.blocks import cut_balanced
+from footcal_cli.core.effects.body import COM_OFFSET, MASS
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.inference.case import Case
@@ -49,6 +51,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     ]
     channels = logs[0].channels
     chain, values = chain_of(baseline_of(session), channels, experiment.calibration)
+    logs = [as_corrected(log, values) for log in logs]
     calibration = offset_parameters(channels, values)
     values |= {parameter.name: parameter.value for parameter in calibration}
     weight = session.recipe.robot.weight_n or 700.0
@@ -74,6 +77,20 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         demand_noisy=walks,
     )
     return CaseRead(case, [], of_cells(experiment))
+
+
+def as_corrected(log: Log, values: Mapping[str, float]) -> Log:
+    """The log with the mass and the CoM as a calibration corrected them.
+
+    What `static-init` found is part of the calibration in use, not of what that gets wrong; how far
+    it may be off stays a usual imperfection.
+    """
+    for effect in (MASS, COM_OFFSET):
+        neutral = {f"robot.{p.name}": p.neutral for p in effect.parameters}
+        if any(values.get(name, still) != still for name, still in neutral.items()):
+            of = Chain((link(effect, log.channels),))
+            log = of.remove(log, {**neutral, **values})[0]
+    return log
 
 
 def _cut(log: Log, experiment: Experiment, judged: BoolArray) -> Log:

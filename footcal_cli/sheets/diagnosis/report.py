@@ -129,7 +129,7 @@ def _answer(read: CaseRead, found: Investigation, asked: Request) -> Answer:
     """What is said first, and what to do next."""
     answer = answer_of(found, asked.table, read.findings, read.untested)
     if asked.alone:
-        answer = _undecided(answer, len(found.case.logs), asked.alone)
+        answer = _undecided(answer, found, asked.alone)
     if found.model is None:
         return answer
     causes = together(words(item.cause.signature.effect) for item in found.found)
@@ -144,13 +144,22 @@ def _answer(read: CaseRead, found: Investigation, asked: Request) -> Answer:
     )
 
 
-def _undecided(answer: Answer, cells: int, alone: Sequence[ChannelStudy]) -> Answer:
+def _undecided(answer: Answer, found: Investigation, alone: Sequence[ChannelStudy]) -> Answer:
     """The answer where single cells need more than the diagnosis can name."""
+    cells, named = len(found.case.logs), together(study.channel for study in alone)
+    why = answer.verdict.sentence
+    if found.verdict is Verdict.UNDERPOWERED and found.rounds[0].smallest_p <= (
+        found.rounds[0].rules.alpha_name
+    ):
+        # all blocks would be enough, but not those of the cells that it is about
+        blocks = {log.channels[0]: len(set(log.block.tolist())) for log in found.case.logs}
+        own = together(f"{blocks[study.channel]} of {study.channel}" for study in alone)
+        why = f"Too few blocks to name the cause: {own}."
     verdict = VerdictRecord(
         level="warning",
         sentence=(
             f"{f'{len(alone)} of {cells} cells need' if cells > 1 else 'The only cell needs'} more "
-            f"than a scale and a bias. {answer.verdict.sentence}"
+            f"than a scale and a bias: {named}. {why}"
         ),
         actions=("Record more sessions of these cells to have the cause named.",),
         details=(

@@ -209,9 +209,17 @@ def underpowered(found: Investigation, untested: Mapping[str, str]) -> tuple[str
     rules = found.rounds[0].rules
     if found.rounds[0].smallest_p <= rules.alpha_name and nothing_testable(found):
         needed = ceil(1.0 - log2(rules.alpha_name))  # p of equal signs is 2 / 2ⁿ
+        most = most_informative(found)
+        if most >= needed:
+            return (
+                f"Too little moves to identify a cause: {plural(blocks, 'block')} are enough, but "
+                "each effect is loaded in too few of them, or its size stays less sure than what "
+                "matters. Record more, and load every sensor more differently.",
+                cannot_lines(found, untested),
+            )  # fmt: skip
         return (
             f"Too short to identify a cause: of {plural(blocks, 'block')}, "
-            f"{number(most_informative(found), 2)} inform of any effect and {needed} are needed. "
+            f"{number(most, 2)} inform of any effect and {needed} are needed. "
             "Record for longer.",
             cannot_lines(found, untested),
         )  # fmt: skip
