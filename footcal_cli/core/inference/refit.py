@@ -17,17 +17,18 @@ from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scatter import Scatter, scatter_of
-from footcal_cli.core.inference.scores import joint_sizes, sizes_together
+from footcal_cli.core.inference.scores import joint_sizes
 from footcal_cli.core.inference.signatures import extended_chain
-from footcal_cli.core.inference.whitening import Noise, Within, law_of_noise, within_blocks
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.inference.whitening import Within, law_of_noise, within_blocks
+from footcal_cli.core.parameters import FloatArray
 
 MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
-_NEAR = 0.5  # step, in standard errors, below which noise and linearisation stay as they are
-_SHORTER = 0.3  # a step after which more is left to go is taken by this share
-_MOST_SHORTER = 4
+_MOST_IDLE = 2  # iterations in a row that lead no nearer, after which none is expected to
+_FARTHEST = 10.0  # steps that a line through earlier points may be followed by at once
+_RCOND = 1e-2  # of differences of steps, below which two points tell the same
+_LEAST_SPREAD = 1e-6  # of the step of a derivative: logs without noise have no scatter
 _LARGER = 1.5  # factor by which a shape that does nothing at the start is enlarged
 _MOST_ENLARGED = 4
 
@@ -86,10 +87,13 @@ def refit(
     accepted: Sequence[tuple[Effect, Signature]],
     start: Mapping[str, float],
 ) -> Refit:
-    """Gauss–Newton on sizes and shapes, calibration refitted in every step.
+    """Sizes and shapes from which no Gauss–Newton step leads away, calibration refitted in each.
 
     Each step solves the generalised least squares of the diagnosis itself, so that slow noise and
-    wandering calibration weigh as they did when the effect was named.
+    wandering calibration weigh as they did when the effect was named. Columns are taken where there
+    is no noise, and the noise is estimated anew: the step s(θ) is not that of any squared error,
+    and steps alone creep or swing. So ``s(θ) = 0`` is solved by secants through the points before,
+    always from the best one.
 
     Parameters
     ----------
@@ -115,18 +119,17 @@ def refit(
     kept = seen(freed, problem, columns)
     fit = _Fit(case, rows, problem, within_blocks(problem), chain, tuple(kept), memory)
     columns = columns[:, [f in kept for f in freed]]
-    at, converged, fresh = fit.awake(fit.linearised(values, left, ideal, columns)), False, True
+    at = fit.awake(fit.linearised(values, left, ideal, columns))
+    way, path, idle = _step(at, fit.freed), list[tuple[FloatArray, FloatArray]](), 0
     for _ in range(MOST_ITERATIONS):
-        way = _step(at, fit.freed)
-        after, share = fit.nearer(at, way)
-        moved = float(np.max(np.abs(share * way.size) / way.spread, initial=0.0))
-        # close to the optimum neither noise nor linearisation point moves any more
-        fresh = moved > _NEAR
-        at = fit.at(after, None if fresh else at)
-        if moved < CONVERGED:
-            converged = share > 0.0 or bool(np.all(np.abs(way.size) < way.spread))
+        if way.furthest() < CONVERGED or idle > _MOST_IDLE:
             break
-    at = at if fresh else fit.at(at.values)
+        after = fit.at(_after(at, way, fit.freed, path))
+        onward = _step(after, fit.freed)
+        nearer = onward.length(way) < way.length()
+        worse = (at, way) if nearer else (after, onward)
+        path.append((_numbers(worse[0], fit.freed), worse[1].size))
+        at, way, idle = (after, onward, 0) if nearer else (at, way, idle + 1)
     scale = _rms(at.columns)
     live = [i for i, f in enumerate(fit.freed) if acts(f, at.values[f.name], scale[i])]
     moving = problem.tracking is not None
@@ -144,7 +147,7 @@ def refit(
     names = tuple(f.name for f in fit.freed)
     return Refit(
         chain, at.values, names, intervals, scatter, at.columns, at.residual,
-        at.ideal.extended(chain, at.values), converged, case,
+        at.ideal.extended(chain, at.values), way.furthest() < CONVERGED, case,
     )  # fmt: skip
 
 
@@ -154,8 +157,8 @@ class _Point:
 
     Parameters
     ----------
-    values, ideal, noise
-        Of the model; the logs without noise at which columns are taken; the noise.
+    values, ideal
+        Of the model; the logs without noise at which columns are taken.
     residual, columns
         Shapes (m,) and (m, freed).
     grams
@@ -164,7 +167,6 @@ class _Point:
 
     values: dict[str, float]
     ideal: Case
-    noise: Noise
     residual: FloatArray
     columns: FloatArray
     grams: Grams
@@ -190,18 +192,12 @@ class _Fit:
     freed: tuple[Freed, ...]
     memory: Sequence[Seen]
 
-    def at(self, values: Mapping[str, float], near: _Point | None = None) -> _Point:
-        """The model at some values; noise and linearisation of a point near by, if given."""
-        left = self.left(values)
-        ideal = near.ideal if near else balanced(
-            self.case, values, self.chain, judged=True, seen=self.memory
-        )  # fmt: skip
+    def at(self, values: Mapping[str, float]) -> _Point:
+        """The model at some values."""
+        left = residual(self.case, self.rows, values, self.chain, seen=self.memory)
+        ideal = balanced(self.case, values, self.chain, judged=True, seen=self.memory)
         columns = _columns(ideal, self.rows, self.chain, values, self.freed)
-        return self.linearised(values, left, ideal, columns, near)
-
-    def left(self, values: Mapping[str, float]) -> FloatArray:
-        """The residual at some values, shape (m,)."""
-        return residual(self.case, self.rows, values, self.chain, seen=self.memory)
+        return self.linearised(values, left, ideal, columns)
 
     def linearised(
         self,
@@ -209,13 +205,12 @@ class _Fit:
         left: FloatArray,
         ideal: Case,
         columns: FloatArray,
-        near: _Point | None = None,
     ) -> _Point:
         """The model with its residual and given columns, taken at its ideal recordings."""
         local = _local(self.problem, left, columns)
-        noise = near.noise if near else law_of_noise(local, self.within)
+        noise = law_of_noise(local, self.within)
         grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise, counted=False)
-        return _Point(dict(values), ideal, noise, left, columns, grams)
+        return _Point(dict(values), ideal, left, columns, grams)
 
     def awake(self, start: _Point) -> _Point:
         """The start, its shapes enlarged until they act: from a standstill no step leads away.
@@ -232,37 +227,21 @@ class _Fit:
             at = self.at({k: _LARGER * v if k in idle else v for k, v in at.values.items()})
         return start
 
-    def nearer(self, at: _Point, way: _Step) -> tuple[dict[str, float], float]:
-        """Values after the largest part of a step that leaves less to go, and that part.
-
-        What is left to go is measured with the old columns and noise: Deuflhard's natural
-        monotonicity test, Newton Methods for Nonlinear Problems (2004). A squared error would not
-        do: columns are taken where there is no noise, so the fit does not minimise it.
-        """
-        share = 1.0
-        for _ in range(_MOST_SHORTER):
-            values = dict(at.values)
-            for item, change in zip(self.freed, share * way.size, strict=True):
-                values[item.name] += float(change)
-            left = self.left(values)
-            local = _local(self.problem, left, at.columns)
-            grams, _ = whitened_grams(local, np.empty((left.size, 0)), at.noise, counted=False)
-            to_go = sizes_together(grams, grams.calibration, grams.candidates[way.free])
-            to_go /= _rms(at.columns)[way.free]
-            before, after = (v / way.spread[way.free] for v in (way.size[way.free], to_go))
-            if after @ after <= before @ before:
-                return values, share
-            share *= _SHORTER
-        return dict(at.values), 0.0
-
 
 @dataclass(frozen=True)
 class _Step:
-    """Change of each number, its scatter over blocks, and which are free to move; (freed,)."""
+    """Change of each number, and its scatter over blocks; shape (freed,)."""
 
     size: FloatArray
     spread: FloatArray
-    free: IntArray
+
+    def furthest(self) -> float:
+        """The largest change, in standard errors."""
+        return float(np.max(np.abs(self.size) / self.spread, initial=0.0))
+
+    def length(self, other: _Step | None = None) -> float:
+        """Length in standard errors, its own or those of another step."""
+        return float(np.linalg.norm(self.size / (other or self).spread))
 
 
 def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
@@ -272,6 +251,7 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
     """
     scale = _rms(at.columns)
     step, spread = np.zeros(len(freed)), np.full(len(freed), np.inf)
+    least = np.array([_LEAST_SPREAD * f.step for f in freed])
     free = np.array(
         [i for i, f in enumerate(freed) if acts(f, at.values[f.name], scale[i])], dtype=int
     )
@@ -283,7 +263,7 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
         step[free] = sizes / scale[free]
         blocks = len(without)
         scatter = np.sqrt((blocks - 1) / blocks * np.sum((without - sizes) ** 2, axis=0))
-        spread[free] = np.maximum(scatter / scale[free], 1e-300)
+        spread[free] = np.maximum(scatter / scale[free], least[free])
         allowed = np.array(
             [bounded(at.values[f.name], s, f) for f, s in zip(freed, step, strict=True)]
         )
@@ -293,7 +273,49 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
         free = np.setdiff1d(free, out)
         if not out.size:
             break
-    return _Step(step, spread, free)
+    return _Step(step, spread)
+
+
+def _after(
+    at: _Point,
+    way: _Step,
+    freed: Sequence[Freed],
+    path: Sequence[tuple[FloatArray, FloatArray]],
+) -> dict[str, float]:
+    """Values where steps, going on as between the last points, would end.
+
+    Of the points θ_i with steps s_i before, X holds the θ − θ_i and S the s − s_i:
+    ``θ + s − (X + S) S⁺ s``, a secant of one number (Anderson, J. ACM 12, 1965).
+
+    Parameters
+    ----------
+    path
+        θ_i and s_i, each (freed,).
+    """
+    unit = np.where(np.isfinite(way.spread), way.spread, 0.0)
+    move = way.size / way.spread
+    if path:
+        here = _numbers(at, freed)
+        moved, less = (
+            np.stack([(now - one[k]) / way.spread for one in path[-len(freed) :]], axis=1)
+            for k, now in enumerate((here, way.size))
+        )
+        size = np.linalg.norm(less, axis=0)
+        size[size == 0.0] = 1.0
+        share = np.linalg.lstsq(less / size, move, rcond=_RCOND)[0] / size
+        most = _FARTHEST * way.furthest()
+        move = move - (moved + less) @ share
+        move *= min(1.0, most / max(float(np.max(np.abs(move))), most))
+    after = {
+        f.name: bounded(at.values[f.name], change, f)
+        for f, change in zip(freed, move * unit, strict=True)
+    }
+    return {**at.values, **after}
+
+
+def _numbers(at: _Point, freed: Sequence[Freed]) -> FloatArray:
+    """Values of the freed numbers, shape (freed,)."""
+    return np.array([at.values[f.name] for f in freed])
 
 
 def _columns(
