@@ -17,17 +17,18 @@ from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scatter import Scatter, scatter_of
-from footcal_cli.core.inference.scores import joint_sizes
+from footcal_cli.core.inference.scores import joint_sizes, sizes_together
 from footcal_cli.core.inference.signatures import extended_chain
-from footcal_cli.core.inference.whitening import Within, law_of_noise, within_blocks
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.inference.whitening import Noise, Within, law_of_noise, within_blocks
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
-_MOST_IDLE = 2  # iterations in a row that lead no nearer, after which none is expected to
-_FARTHEST = 10.0  # steps that a line through earlier points may be followed by at once
-_RCOND = 1e-2  # of differences of steps, below which two points tell the same
+_SHARES = (1.0, 0.3, 0.09, 0.027)
+"""Of a step, tried until less is left to go."""
+_ALIKE = 0.6  # |cos| between two steps from which they creep along one line, or swing
+_RELAXED = (0.1, 10.0)  # share of a step that may be taken along such a line
 _LEAST_SPREAD = 1e-6  # of the step of a derivative: logs without noise have no scatter
 _LARGER = 1.5  # factor by which a shape that does nothing at the start is enlarged
 _MOST_ENLARGED = 4
@@ -92,8 +93,8 @@ def refit(
     Each step solves the generalised least squares of the diagnosis itself, so that slow noise and
     wandering calibration weigh as they did when the effect was named. Columns are taken where there
     is no noise, and the noise is estimated anew: the step s(θ) is not that of any squared error,
-    and steps alone creep or swing. So ``s(θ) = 0`` is solved by secants through the points before,
-    always from the best one.
+    and steps alone creep or swing. Where two are along one line, the secant through both says how
+    far to go; else what the step promises does. The point with the shortest step is kept.
 
     Parameters
     ----------
@@ -120,16 +121,18 @@ def refit(
     fit = _Fit(case, rows, problem, within_blocks(problem), chain, tuple(kept), memory)
     columns = columns[:, [f in kept for f in freed]]
     at = fit.awake(fit.linearised(values, left, ideal, columns))
-    way, path, idle = _step(at, fit.freed), list[tuple[FloatArray, FloatArray]](), 0
-    for _ in range(MOST_ITERATIONS):
-        if way.furthest() < CONVERGED or idle > _MOST_IDLE:
+    way, share = _step(at, fit.freed), 1.0
+    best, before = (at, way), way
+    for iteration in range(MOST_ITERATIONS):
+        if way.furthest() < CONVERGED:
             break
-        after = fit.at(_after(at, way, fit.freed, path))
-        onward = _step(after, fit.freed)
-        nearer = onward.length(way) < way.length()
-        worse = (at, way) if nearer else (after, onward)
-        path.append((_numbers(worse[0], fit.freed), worse[1].size))
-        at, way, idle = (after, onward, 0) if nearer else (at, way, idle + 1)
+        alike = iteration > 0 and abs(way.cosine(before)) > _ALIKE
+        share = way.relaxed(before, share) if alike else fit.nearer(at, way)
+        at, before = fit.at(_moved(at, share * way.size, fit.freed)), way
+        way = _step(at, fit.freed)
+        if way.length(best[1]) < best[1].length():
+            best = at, way
+    at, way = best
     scale = _rms(at.columns)
     live = [i for i, f in enumerate(fit.freed) if acts(f, at.values[f.name], scale[i])]
     moving = problem.tracking is not None
@@ -157,8 +160,8 @@ class _Point:
 
     Parameters
     ----------
-    values, ideal
-        Of the model; the logs without noise at which columns are taken.
+    values, ideal, noise
+        Of the model; the logs without noise at which columns are taken; the noise.
     residual, columns
         Shapes (m,) and (m, freed).
     grams
@@ -167,6 +170,7 @@ class _Point:
 
     values: dict[str, float]
     ideal: Case
+    noise: Noise
     residual: FloatArray
     columns: FloatArray
     grams: Grams
@@ -194,10 +198,14 @@ class _Fit:
 
     def at(self, values: Mapping[str, float]) -> _Point:
         """The model at some values."""
-        left = residual(self.case, self.rows, values, self.chain, seen=self.memory)
+        left = self.left(values)
         ideal = balanced(self.case, values, self.chain, judged=True, seen=self.memory)
         columns = _columns(ideal, self.rows, self.chain, values, self.freed)
         return self.linearised(values, left, ideal, columns)
+
+    def left(self, values: Mapping[str, float]) -> FloatArray:
+        """The residual at some values, shape (m,)."""
+        return residual(self.case, self.rows, values, self.chain, seen=self.memory)
 
     def linearised(
         self,
@@ -210,7 +218,7 @@ class _Fit:
         local = _local(self.problem, left, columns)
         noise = law_of_noise(local, self.within)
         grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise, counted=False)
-        return _Point(dict(values), ideal, left, columns, grams)
+        return _Point(dict(values), ideal, noise, left, columns, grams)
 
     def awake(self, start: _Point) -> _Point:
         """The start, its shapes enlarged until they act: from a standstill no step leads away.
@@ -227,13 +235,33 @@ class _Fit:
             at = self.at({k: _LARGER * v if k in idle else v for k, v in at.values.items()})
         return start
 
+    def nearer(self, at: _Point, way: _Step) -> float:
+        """The largest part of a step that leaves less to go; the least one if none does.
+
+        What is left to go is measured with the old columns and noise: Deuflhard's natural
+        monotonicity test, Newton Methods for Nonlinear Problems (2004). A squared error would not
+        do: columns are taken where there is no noise, so the fit does not minimise it.
+        """
+        scale, spread = _rms(at.columns)[way.free], way.spread[way.free]
+        before = way.size[way.free] / spread
+        for share in _SHARES:
+            left = self.left(_moved(at, share * way.size, self.freed))
+            local = _local(self.problem, left, at.columns)
+            grams, _ = whitened_grams(local, np.empty((left.size, 0)), at.noise, counted=False)
+            to_go = sizes_together(grams, grams.calibration, grams.candidates[way.free])
+            after = to_go / scale / spread
+            if after @ after <= before @ before:
+                break
+        return share
+
 
 @dataclass(frozen=True)
 class _Step:
-    """Change of each number, and its scatter over blocks; shape (freed,)."""
+    """Change of each number, its scatter over blocks, and which are free to move; (freed,)."""
 
     size: FloatArray
     spread: FloatArray
+    free: IntArray
 
     def furthest(self) -> float:
         """The largest change, in standard errors."""
@@ -242,6 +270,21 @@ class _Step:
     def length(self, other: _Step | None = None) -> float:
         """Length in standard errors, its own or those of another step."""
         return float(np.linalg.norm(self.size / (other or self).spread))
+
+    def cosine(self, before: _Step) -> float:
+        """Of the angle to the step before, in standard errors."""
+        product = (self.size / self.spread) @ (before.size / self.spread)
+        return float(product / max(self.length() * before.length(self), 1e-300))
+
+    def relaxed(self, before: _Step, share: float) -> float:
+        """Share of this step to take, where that share of the one before was taken.
+
+        ``ω = ω₀ s₀·(s₀ − s) / |s₀ − s|²``: a secant of the one number along which both are (Irons
+        and Tuck, Int. J. Numer. Methods Eng. 1, 1969).
+        """
+        old = before.size / self.spread
+        less = old - self.size / self.spread
+        return float(np.clip(share * (old @ less) / max(float(less @ less), 1e-300), *_RELAXED))
 
 
 def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
@@ -273,49 +316,15 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
         free = np.setdiff1d(free, out)
         if not out.size:
             break
-    return _Step(step, spread)
+    return _Step(step, spread, free)
 
 
-def _after(
-    at: _Point,
-    way: _Step,
-    freed: Sequence[Freed],
-    path: Sequence[tuple[FloatArray, FloatArray]],
-) -> dict[str, float]:
-    """Values where steps, going on as between the last points, would end.
-
-    Of the points θ_i with steps s_i before, X holds the θ − θ_i and S the s − s_i:
-    ``θ + s − (X + S) S⁺ s``, a secant of one number (Anderson, J. ACM 12, 1965).
-
-    Parameters
-    ----------
-    path
-        θ_i and s_i, each (freed,).
-    """
-    unit = np.where(np.isfinite(way.spread), way.spread, 0.0)
-    move = way.size / way.spread
-    if path:
-        here = _numbers(at, freed)
-        moved, less = (
-            np.stack([(now - one[k]) / way.spread for one in path[-len(freed) :]], axis=1)
-            for k, now in enumerate((here, way.size))
-        )
-        size = np.linalg.norm(less, axis=0)
-        size[size == 0.0] = 1.0
-        share = np.linalg.lstsq(less / size, move, rcond=_RCOND)[0] / size
-        most = _FARTHEST * way.furthest()
-        move = move - (moved + less) @ share
-        move *= min(1.0, most / max(float(np.max(np.abs(move))), most))
+def _moved(at: _Point, by: FloatArray, freed: Sequence[Freed]) -> dict[str, float]:
+    """Values after a change of the freed numbers (freed,), within what is allowed."""
     after = {
-        f.name: bounded(at.values[f.name], change, f)
-        for f, change in zip(freed, move * unit, strict=True)
+        f.name: bounded(at.values[f.name], float(d), f) for f, d in zip(freed, by, strict=True)
     }
     return {**at.values, **after}
-
-
-def _numbers(at: _Point, freed: Sequence[Freed]) -> FloatArray:
-    """Values of the freed numbers, shape (freed,)."""
-    return np.array([at.values[f.name] for f in freed])
 
 
 def _columns(

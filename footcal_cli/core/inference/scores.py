@@ -270,6 +270,12 @@ def joint_sizes(grams: Grams, base: IntArray, chosen: IntArray) -> tuple[FloatAr
     return _last_sizes(total, chosen.size), _last_sizes(total - small, chosen.size)
 
 
+def sizes_together(grams: Grams, base: IntArray, chosen: IntArray) -> FloatArray:
+    """Sizes of chosen columns fitted together, shape (k,)."""
+    small = _of_fit(grams.inner, np.concatenate([base, chosen]))
+    return _last_sizes(small.sum(axis=0), chosen.size)
+
+
 def _last_sizes(gram: FloatArray, wanted: int) -> FloatArray:
     """Of the last columns before the residual, shape (…, wanted)."""
     found = _regressed(gram[..., :-1, :-1], gram[..., :-1, -1:])[..., 0]
