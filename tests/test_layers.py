@@ -14,6 +14,7 @@ import pytest
 from footcal_cli.core.effects import TABLE
 
 PACKAGE = Path(__file__).resolve().parent.parent / "footcal_cli"
+PAGE = run_path(str(PACKAGE.parent / "docs" / "make_architecture_page.py"))
 
 # room -> what it may import of footcal; listed from the ground up
 ALLOWED: dict[str, set[str]] = {
@@ -95,15 +96,10 @@ def sources() -> list[Path]:
 
 
 @cache
-def tree_of(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
-@cache
 def nodes_of(path: Path) -> tuple[ast.AST, ...]:
-    """What the rules look at of a file, walked through once."""
+    """What the rules look at of a file, which is parsed once for them and for the page."""
     kinds = (ast.Import, ast.ImportFrom, ast.Call, ast.Constant)
-    return tuple(node for node in ast.walk(tree_of(path)) if isinstance(node, kinds))
+    return tuple(node for node in PAGE["nodes_of"](path) if isinstance(node, kinds))
 
 
 def room_of(path: Path) -> str:
@@ -147,8 +143,7 @@ def test_imports_point_downward() -> None:
 
 
 def test_no_subsystems_import_each_other_in_a_circle() -> None:
-    page = run_path(str(PACKAGE.parent / "docs" / "make_architecture_page.py"))
-    assert page["circles"](page["arrows"]()) == []
+    assert PAGE["circles"](PAGE["arrows"]()) == []
 
 
 def test_the_core_neither_prints_nor_opens_files() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 from footcal_cli.sniff.names import name_guess
@@ -110,6 +110,9 @@ class Body:
     counted: bool
     spoken: bool
     indented: bool
+    _known: dict[tuple[str, bool], bool] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @classmethod
     def of(cls, lines: list[str], separator: str) -> Body:
@@ -170,6 +173,11 @@ class Body:
 
     def is_row(self, line: str, *, whole: bool = False) -> bool:
         """Whether a line is a row; `whole`: no word stands where numbers should."""
+        if (line, whole) not in self._known:  # several rules ask it of every line of a log
+            self._known[line, whole] = self._is_row(line, whole=whole)
+        return self._known[line, whole]
+
+    def _is_row(self, line: str, *, whole: bool) -> bool:
         fields = filled_fields(line, self.separator)
         if len(fields) < self.width:
             fields = fields_of(line, self.separator)[: self.width]

@@ -25,9 +25,11 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 MOST_ITERATIONS = 10
 CONVERGED = 0.02
 """A step below this share of its own standard error ends the iteration."""
-_NEAR = 0.5  # step, in standard errors, below which noise and linearisation stay as they are
-_SHORTER = 0.3  # a step after which more is left to go is taken by this share
-_MOST_SHORTER = 4
+_SHARES = (1.0, 0.3, 0.09, 0.027)
+"""Of a step, tried until less is left to go."""
+_ALIKE = 0.6  # |cos| between two steps from which they creep along one line, or swing
+_RELAXED = (0.1, 10.0)  # share of a step that may be taken along such a line
+_LEAST_SPREAD = 1e-6  # of the step of a derivative: logs without noise have no scatter
 _LARGER = 1.5  # factor by which a shape that does nothing at the start is enlarged
 _MOST_ENLARGED = 4
 
@@ -86,10 +88,13 @@ def refit(
     accepted: Sequence[tuple[Effect, Signature]],
     start: Mapping[str, float],
 ) -> Refit:
-    """Gauss–Newton on sizes and shapes, calibration refitted in every step.
+    """Sizes and shapes from which no Gauss–Newton step leads away, calibration refitted in each.
 
     Each step solves the generalised least squares of the diagnosis itself, so that slow noise and
-    wandering calibration weigh as they did when the effect was named.
+    wandering calibration weigh as they did when the effect was named. Columns are taken where there
+    is no noise, and the noise is estimated anew: the step s(θ) is not that of any squared error,
+    and steps alone creep or swing. Where two are along one line, the secant through both says how
+    far to go; else what the step promises does. The point with the shortest step is kept.
 
     Parameters
     ----------
@@ -115,18 +120,19 @@ def refit(
     kept = seen(freed, problem, columns)
     fit = _Fit(case, rows, problem, within_blocks(problem), chain, tuple(kept), memory)
     columns = columns[:, [f in kept for f in freed]]
-    at, converged, fresh = fit.awake(fit.linearised(values, left, ideal, columns)), False, True
-    for _ in range(MOST_ITERATIONS):
-        way = _step(at, fit.freed)
-        after, share = fit.nearer(at, way)
-        moved = float(np.max(np.abs(share * way.size) / way.spread, initial=0.0))
-        # close to the optimum neither noise nor linearisation point moves any more
-        fresh = moved > _NEAR
-        at = fit.at(after, None if fresh else at)
-        if moved < CONVERGED:
-            converged = share > 0.0 or bool(np.all(np.abs(way.size) < way.spread))
+    at = fit.awake(fit.linearised(values, left, ideal, columns))
+    way, share = _step(at, fit.freed), 1.0
+    best, before = (at, way), way
+    for iteration in range(MOST_ITERATIONS):
+        if way.furthest() < CONVERGED:
             break
-    at = at if fresh else fit.at(at.values)
+        alike = iteration > 0 and abs(way.cosine(before)) > _ALIKE
+        share = way.relaxed(before, share) if alike else fit.nearer(at, way)
+        at, before = fit.at(_moved(at, share * way.size, fit.freed)), way
+        way = _step(at, fit.freed)
+        if way.length(best[1]) < best[1].length():
+            best = at, way
+    at, way = best
     scale = _rms(at.columns)
     live = [i for i, f in enumerate(fit.freed) if acts(f, at.values[f.name], scale[i])]
     moving = problem.tracking is not None
@@ -144,7 +150,7 @@ def refit(
     names = tuple(f.name for f in fit.freed)
     return Refit(
         chain, at.values, names, intervals, scatter, at.columns, at.residual,
-        at.ideal.extended(chain, at.values), converged, case,
+        at.ideal.extended(chain, at.values), way.furthest() < CONVERGED, case,
     )  # fmt: skip
 
 
@@ -190,14 +196,12 @@ class _Fit:
     freed: tuple[Freed, ...]
     memory: Sequence[Seen]
 
-    def at(self, values: Mapping[str, float], near: _Point | None = None) -> _Point:
-        """The model at some values; noise and linearisation of a point near by, if given."""
+    def at(self, values: Mapping[str, float]) -> _Point:
+        """The model at some values."""
         left = self.left(values)
-        ideal = near.ideal if near else balanced(
-            self.case, values, self.chain, judged=True, seen=self.memory
-        )  # fmt: skip
+        ideal = balanced(self.case, values, self.chain, judged=True, seen=self.memory)
         columns = _columns(ideal, self.rows, self.chain, values, self.freed)
-        return self.linearised(values, left, ideal, columns, near)
+        return self.linearised(values, left, ideal, columns)
 
     def left(self, values: Mapping[str, float]) -> FloatArray:
         """The residual at some values, shape (m,)."""
@@ -209,11 +213,10 @@ class _Fit:
         left: FloatArray,
         ideal: Case,
         columns: FloatArray,
-        near: _Point | None = None,
     ) -> _Point:
         """The model with its residual and given columns, taken at its ideal recordings."""
         local = _local(self.problem, left, columns)
-        noise = near.noise if near else law_of_noise(local, self.within)
+        noise = law_of_noise(local, self.within)
         grams, _ = whitened_grams(local, np.empty((left.size, 0)), noise, counted=False)
         return _Point(dict(values), ideal, noise, left, columns, grams)
 
@@ -232,28 +235,24 @@ class _Fit:
             at = self.at({k: _LARGER * v if k in idle else v for k, v in at.values.items()})
         return start
 
-    def nearer(self, at: _Point, way: _Step) -> tuple[dict[str, float], float]:
-        """Values after the largest part of a step that leaves less to go, and that part.
+    def nearer(self, at: _Point, way: _Step) -> float:
+        """The largest part of a step that leaves less to go; the least one if none does.
 
         What is left to go is measured with the old columns and noise: Deuflhard's natural
         monotonicity test, Newton Methods for Nonlinear Problems (2004). A squared error would not
         do: columns are taken where there is no noise, so the fit does not minimise it.
         """
-        share = 1.0
-        for _ in range(_MOST_SHORTER):
-            values = dict(at.values)
-            for item, change in zip(self.freed, share * way.size, strict=True):
-                values[item.name] += float(change)
-            left = self.left(values)
+        scale, spread = _rms(at.columns)[way.free], way.spread[way.free]
+        before = way.size[way.free] / spread
+        for share in _SHARES:
+            left = self.left(_moved(at, share * way.size, self.freed))
             local = _local(self.problem, left, at.columns)
             grams, _ = whitened_grams(local, np.empty((left.size, 0)), at.noise, counted=False)
             to_go = sizes_together(grams, grams.calibration, grams.candidates[way.free])
-            to_go /= _rms(at.columns)[way.free]
-            before, after = (v / way.spread[way.free] for v in (way.size[way.free], to_go))
+            after = to_go / scale / spread
             if after @ after <= before @ before:
-                return values, share
-            share *= _SHORTER
-        return dict(at.values), 0.0
+                break
+        return share
 
 
 @dataclass(frozen=True)
@@ -264,6 +263,29 @@ class _Step:
     spread: FloatArray
     free: IntArray
 
+    def furthest(self) -> float:
+        """The largest change, in standard errors."""
+        return float(np.max(np.abs(self.size) / self.spread, initial=0.0))
+
+    def length(self, other: _Step | None = None) -> float:
+        """Length in standard errors, its own or those of another step."""
+        return float(np.linalg.norm(self.size / (other or self).spread))
+
+    def cosine(self, before: _Step) -> float:
+        """Of the angle to the step before, in standard errors."""
+        product = (self.size / self.spread) @ (before.size / self.spread)
+        return float(product / max(self.length() * before.length(self), 1e-300))
+
+    def relaxed(self, before: _Step, share: float) -> float:
+        """Share of this step to take, where that share of the one before was taken.
+
+        ``ω = ω₀ s₀·(s₀ − s) / |s₀ − s|²``: a secant of the one number along which both are (Irons
+        and Tuck, Int. J. Numer. Methods Eng. 1, 1969).
+        """
+        old = before.size / self.spread
+        less = old - self.size / self.spread
+        return float(np.clip(share * (old @ less) / max(float(less @ less), 1e-300), *_RELAXED))
+
 
 def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
     """Generalised least squares within the bounds.
@@ -272,6 +294,7 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
     """
     scale = _rms(at.columns)
     step, spread = np.zeros(len(freed)), np.full(len(freed), np.inf)
+    least = np.array([_LEAST_SPREAD * f.step for f in freed])
     free = np.array(
         [i for i, f in enumerate(freed) if acts(f, at.values[f.name], scale[i])], dtype=int
     )
@@ -283,7 +306,7 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
         step[free] = sizes / scale[free]
         blocks = len(without)
         scatter = np.sqrt((blocks - 1) / blocks * np.sum((without - sizes) ** 2, axis=0))
-        spread[free] = np.maximum(scatter / scale[free], 1e-300)
+        spread[free] = np.maximum(scatter / scale[free], least[free])
         allowed = np.array(
             [bounded(at.values[f.name], s, f) for f, s in zip(freed, step, strict=True)]
         )
@@ -294,6 +317,14 @@ def _step(at: _Point, freed: Sequence[Freed]) -> _Step:
         if not out.size:
             break
     return _Step(step, spread, free)
+
+
+def _moved(at: _Point, by: FloatArray, freed: Sequence[Freed]) -> dict[str, float]:
+    """Values after a change of the freed numbers (freed,), within what is allowed."""
+    after = {
+        f.name: bounded(at.values[f.name], float(d), f) for f, d in zip(freed, by, strict=True)
+    }
+    return {**at.values, **after}
 
 
 def _columns(

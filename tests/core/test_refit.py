@@ -1,0 +1,37 @@
+"""How far a refit goes where its steps creep along a line or swing about its end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.inference.refit import _Step
+from footcal_cli.core.parameters import FloatArray
+
+END, SPREAD = np.array([0.3, -2.0]), np.array([0.01, 0.5])
+
+
+def step(at: FloatArray, slope: float) -> _Step:
+    """``s(θ) = a (θ* − θ)``: it creeps where a is small, and swings away where a is above 2."""
+    return _Step(slope * (END - at), SPREAD, np.arange(2))
+
+
+@pytest.mark.parametrize("slope", [0.2, 1.0, 1.95, 2.8])
+@pytest.mark.parametrize("share", [1.0, 0.3])
+def test_the_second_step_along_a_line_ends_where_none_leads_away(
+    slope: float, share: float
+) -> None:
+    begin = END + np.array([0.05, 1.0])
+    first = step(begin, slope)
+    there = begin + share * first.size
+    second = step(there, slope)
+    if slope * share != 1.0:
+        assert abs(second.cosine(first)) == pytest.approx(1.0)
+    assert there + second.relaxed(first, share) * second.size == pytest.approx(END)
+
+
+def test_the_length_of_a_step_is_in_standard_errors() -> None:
+    one = step(END - SPREAD * np.array([3.0, 4.0]), 1.0)
+    assert one.length() == pytest.approx(5.0)
+    assert one.furthest() == pytest.approx(4.0)
+    assert one.length(_Step(one.size, 2.0 * SPREAD, one.free)) == pytest.approx(2.5)
