@@ -27,7 +27,7 @@ COMMANDS = {
     "apply": "Turn a log into calibrated forces, centres of pressure or foot wrenches.",
     "batch": "Run one command on many sessions and compare them over dates and robots.",
     "check": "Look for what is wrong with a log and against its recipe; draw the log.",
-    "convert": "Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet.",
+    "convert": "Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON to Parquet, sheets to CSV.",
     "diagnose": "Say what the model gets wrong: name its cause, extend the model, state the gain.",
     "static-init": "Find scales and biases of foot cells as far as quiet standing shows them.",
     "hang-calib": "Fit offsets of six-axis transducers, and weight and CoM of leg or tool below.",

@@ -85,7 +85,7 @@ _LAST: dict[str, Any] = {
 
 @without_folder(ConvertOptions, _FIRST, _LAST)
 def convert(given: Given) -> None:
-    """Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON lines to Parquet, sheets to CSV."""
+    """Convert bags, MCAP, C3D, OpenSim, MATLAB, HDF5 and JSON to Parquet, sheets to CSV."""
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.formats.detect import open_source

@@ -76,14 +76,15 @@ def test_a_jump_of_an_offset_is_named_though_no_stance_repeats_it(tmp_path: Path
 
 
 def test_what_the_calibration_corrected_is_no_finding(tmp_path: Path, run: Run) -> None:
-    """A mass 3 kg off: `static-init` finds it, and nothing is left."""
-    recipe, stood = tmp_path / "my.toml", tmp_path / "again"
-    given = calibrated(plate_stand(11), tmp_path, run)[:2]
-    text = recipe.read_text(encoding="utf-8")
-    recipe.write_text(text.replace(f"mass_kg = {MASS_KG}", f"mass_kg = {MASS_KG + 3.0}"), "utf-8")
+    """A CoM 20 mm off above plates whose places are known: `static-init` finds it."""
+    stand, stood = plate_stand(11), tmp_path / "again"
+    given = calibrated(stand, tmp_path, run)[:2]
+    off = stand.com_m + np.array([0.02, 0.0, 0.0])
+    moved = PlateStand(stand.time_s, off, stand.wrench, stand.cop_m, stand.offset)
+    moved.written(tmp_path / "stand.csv")
     assert run("static-init", *given, "--out", stood).exit_code == 0
     found = read_record(ParametersRecord, stood / "parameters.json").parameters
-    assert abs(found["robot.mass_correction"].value + 3.0) < 1.0
+    assert abs(found["robot.com_correction_x"].value + 0.02) < 0.003
     asked = ("--experiment", "stand", "--no-pictures", "--out", tmp_path / "why")
     start = ("--parameters", stood / "parameters.json")
     assert run("diagnose", *given, *start, *asked).exit_code == 0

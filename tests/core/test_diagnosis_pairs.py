@@ -209,7 +209,7 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
         investigation,
         "standing",
         lambda _subject, path, said, *_: SimpleNamespace(
-            path=path, verdict=said, stable=0.0, holds=lambda _: kept[len(path.causes)]
+            path=path, verdict=said, stable=0.0, holds=kept[len(path.causes)]
         ),
     )
     monkeypatch.setattr(investigation, "_named", lambda _, stands: (stands.verdict, stands.path))

@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain, link
 from footcal_cli.core.diagnosis.blocks import cut_balanced
-from footcal_cli.core.effects.body import COM_OFFSET, MASS
+from footcal_cli.core.effects.body import COM_OFFSET
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.inference.case import Case
@@ -80,17 +80,15 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
 
 
 def as_corrected(log: Log, values: Mapping[str, float]) -> Log:
-    """The log with the mass and the CoM as a calibration corrected them.
+    """The log with the CoM as a calibration corrected it; how far it may be off stays usual.
 
-    What `static-init` found is part of the calibration in use, not of what that gets wrong; how far
-    it may be off stays a usual imperfection.
+    Not with its mass: a gain of one foot shows as a mass too, half of it as the gain.
     """
-    for effect in (MASS, COM_OFFSET):
-        neutral = {f"robot.{p.name}": p.neutral for p in effect.parameters}
-        if any(values.get(name, still) != still for name, still in neutral.items()):
-            of = Chain((link(effect, log.channels),))
-            log = of.remove(log, {**neutral, **values})[0]
-    return log
+    neutral = {f"robot.{p.name}": p.neutral for p in COM_OFFSET.parameters}
+    if all(values.get(name, still) == still for name, still in neutral.items()):
+        return log
+    of = Chain((link(COM_OFFSET, log.channels),))
+    return of.remove(log, {**neutral, **values})[0]
 
 
 def _cut(log: Log, experiment: Experiment, judged: BoolArray) -> Log:
