@@ -115,3 +115,15 @@ def test_the_simpler_model_wins_ties_and_loses_when_it_is_worse() -> None:
     assert choose(slightly).chosen == 0
     worse = [HeldOut(base + 1.0, group), HeldOut(base, group)]
     assert choose(worse).chosen == 1
+
+
+def test_a_gain_of_loads_that_are_nothing_is_none() -> None:
+    rng = np.random.default_rng(5)
+    block = np.repeat(np.arange(6), 8)
+    shared = np.column_stack([np.ones(48), 1e-155 * rng.normal(size=48)])
+    target = 2.0 + rng.normal(size=48) + rng.normal(size=6)[block]
+    with np.errstate(all="raise", under="ignore"):
+        found = fit_blocks(np.ones((48, 1)), target, block, shared)
+    assert np.isfinite(found.sd_gain)
+    alone = fit_blocks(np.ones((48, 1)), target, block)
+    assert found.coefficients == pytest.approx(alone.coefficients, rel=1e-6)

@@ -21,6 +21,8 @@ from footcal_cli.core.inference.variance_ratios import BlockSums, reml_ratios
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import begins
 
+_NOTHING = 1e-100
+"""A column of a gain without loads is what rounding left of zero."""
 _LEAST_SEEN = 1e-14
 """Smaller eigenvalues, as a share of the largest, are rounding: they may even be negative."""
 _SAME_IN_ALL = 1e-3
@@ -97,6 +99,7 @@ def fit_blocks(
     many = names.size > 1 and names.size < n and n > p + names.size
     shared = np.ones((n, 1)) if shared is None else shared
     width = np.sqrt(np.mean(shared**2, axis=0))
+    width = np.where(width > _NOTHING, width, 0.0)
     shared = shared / np.where(width > 0, width, 1.0)
     # sums of squares of the target itself would cancel: of what ordinary least squares leaves;
     # one block's residual is taken row by row below
