@@ -80,3 +80,11 @@ def test_every_sheet_becomes_a_file_of_its_own(tmp_path: Path, run: Run) -> None
     assert (again.exit_code, "--overwrite" in again.err) == (2, True)
     mixed = run("convert", book, tmp_path / "csv" / "A.csv", "--out", tmp_path / "all")
     assert (mixed.exit_code, (tmp_path / "all").exists()) == (2, False)
+
+
+def test_sheets_that_would_get_one_name_are_refused(tmp_path: Path, run: Run) -> None:
+    rows: list[list[Cell]] = [["g", "counts"], [0.0, 8e6], [500.0, 8.1e6]]
+    book = packed_workbook(tmp_path / "cells.xlsx", {"left A": rows, "left.A": rows})
+    refused = run("convert", book, "--out", tmp_path / "csv", "--overwrite")
+    assert (refused.exit_code, "left_A.csv" in refused.err) == (2, True)
+    assert not (tmp_path / "csv").exists()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -121,7 +122,8 @@ def _convert_sheets(books: list[Path], paths: list[Path], given: Given) -> None:
     Raises
     ------
     UsageError
-        Other kinds of files among them, no folder to write to, or a file that is there already.
+        Other kinds of files among them, no folder to write to, a file that is there already, or
+        two sheets that would get one name.
     """
     from footcal_cli.errors import UsageError
     from footcal_cli.tables.textfiles import regular_file
@@ -133,28 +135,21 @@ def _convert_sheets(books: list[Path], paths: list[Path], given: Given) -> None:
             "sheets of workbooks are written as CSV into a folder, other logs as Parquet",
             file=books[0], remedy="convert workbooks by themselves, --out a folder",
         )  # fmt: skip
-    texts: dict[Path, bytes] = {}
+    texts: list[tuple[Path, bytes]] = []
     for book in books:
         regular_file(book)
         for sheet, text in sheet_texts(book).items():
             name = _plain(f"{book.stem}_{sheet}" if len(books) > 1 else sheet)
-            texts[out / f"{name}.csv"] = text
-    said = [f"{path}  {len(text.splitlines())} rows" for path, text in texts.items()]
+            texts.append((out / f"{name}.csv", text))
+    said = [f"{path}  {len(text.splitlines())} rows" for path, text in texts]
     if given["show"]:
         typer.echo("\n".join(said))
         return
-    there = next((path for path in texts if path.exists()), None)
-    if there is not None and not given["overwrite"]:
-        raise UsageError("the file is there already", file=there,
-                         remedy="name another --out or --overwrite")  # fmt: skip
-    out.mkdir(parents=True, exist_ok=True)
-    for path, text in texts.items():
-        waiting = path.with_name(f".{path.name}.partial-{os.getpid()}")
-        try:
-            waiting.write_bytes(text)
-            waiting.replace(path)
-        finally:
-            waiting.unlink(missing_ok=True)
+    targets = [path for path, _ in texts]
+    _refuse_taken(targets, given["overwrite"])
+    with _all_or_none(targets) as waiting:
+        for path, (_, text) in zip(waiting, texts, strict=True):
+            path.write_bytes(text)
     if not given["quiet"]:
         typer.echo("\n".join(said))
 
@@ -257,44 +252,58 @@ def _targets(jobs: list[_Job], out: Path, overwrite: bool) -> list[Path]:
             stem = job.source.name.split(".")[0]
             name = f"{stem}_{job.name}" if many and job.name != _plain(stem) else job.name
             targets.append(out / f"{name}.parquet")
+    _refuse_taken(targets, overwrite, "convert the sources one by one")
+    return targets
+
+
+def _refuse_taken(
+    targets: Sequence[Path], overwrite: bool, remedy: str = "rename one of the two sheets"
+) -> None:
+    """Refuse a name that two tables would get (`remedy`), or that a file has already."""
+    from footcal_cli.errors import UsageError
+
     twice = [path for path in targets if targets.count(path) > 1]
     if twice:
-        raise UsageError("two tables would get this name", file=twice[0],
-                         remedy="convert the sources one by one")  # fmt: skip
+        raise UsageError("two tables would get this name", file=twice[0], remedy=remedy)
     for path in targets:
         if path.exists() and not overwrite:
             raise UsageError("the file is there already", file=path,
                              remedy="name another --out or --overwrite")  # fmt: skip
-    return targets
+
+
+@contextmanager
+def _all_or_none(targets: Sequence[Path]) -> Iterator[list[Path]]:
+    """Temporary names to write to, renamed to `targets` when all are complete."""
+    from footcal_cli.errors import UsageError
+
+    waiting = [path.with_name(f".{path.name}.partial-{os.getpid()}") for path in targets]
+    for path in targets:
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"cannot write there: {error.strerror}", file=path,
+                             remedy="name another --out") from None  # fmt: skip
+    try:
+        yield waiting
+        for complete, target in zip(waiting, targets, strict=True):
+            complete.replace(target)
+    finally:
+        for path in waiting:
+            path.unlink(missing_ok=True)
 
 
 def _write(work: list[tuple[_Job, Path]], options: ConvertOptions, quiet: bool) -> None:
-    """Write every table under a temporary name, rename them when all are complete, and say so."""
-    from footcal_cli.errors import UsageError
+    """Write every table, none where one cannot be written, and say so."""
     from footcal_cli.tables.logfiles import write_parquet_pieces
 
-    partial: list[tuple[Path, Path]] = []
     said: list[str] = []
-    try:
-        for job, target in work:
-            try:
-                target.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise UsageError(f"cannot write there: {error.strerror}", file=target,
-                                 remedy="name another --out") from None  # fmt: skip
-            waiting = target.with_name(f".{target.name}.partial-{os.getpid()}")
-            partial.append((waiting, target))
+    with _all_or_none([target for _, target in work]) as waiting:
+        for (job, target), path in zip(work, waiting, strict=True):
             seen = _Span(job.streams[0].time)
             notes: list[str] = []
-            pieces = _pieces(job, options, notes)
-            rows = write_parquet_pieces(seen.watched(pieces), waiting)
+            rows = write_parquet_pieces(seen.watched(_pieces(job, options, notes)), path)
             said += [f"{target}  {rows} rows{seen.words()}  {_from(job)}", *notes]
             said += [f"  left out of {s.name}: {what}" for s in job.streams for what in s.left_out]
-        for waiting, target in partial:
-            waiting.replace(target)
-    finally:
-        for waiting, _ in partial:
-            waiting.unlink(missing_ok=True)
     if not quiet:
         typer.echo("\n".join(said))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,6 @@ _SHIFT = 0.03
 """Share of the weight that moves to or from a cell when the stance changes."""
 _STANCE_M, _MOMENT_S = 0.005, 0.2
 """A CoM or a foot that moves this far within this time makes another stance."""
-
 
 _SWAY_HZ = 2.0
 """A body that stands moves more slowly."""
@@ -98,10 +98,8 @@ def select_quiet(
         slow = _below_noise(log)
         if slow is None:
             raise
-        try:
+        with suppress(FitError):
             return _selected(slow, forces_n, gyro_radps, rule)
-        except FitError:
-            pass
         raise
 
 

@@ -57,5 +57,7 @@ def outcome_of(
         ),
         footer=(f"chi² {fit.chi2:.3g} for {fit.dof} rows.",),
         rmse=sheets.offset_rmse_of(rows, estimates.values, quiet),
-        reference_sd={name: float(np.min(unsure[output == name])) for name in rows.output},
+        reference_sd={
+            name: float(np.min(unsure[output == name])) for name in dict.fromkeys(rows.output)
+        },
     )  # fmt: skip

@@ -118,13 +118,13 @@ def standing(
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)
     better = False
-    # blocks without which other effects are chosen are predicted by those, their fold left out
-    same = alike[:, None]
-    old = np.where(same, output_losses(problem, final.law), nested.bare)
-    new = np.where(same, output_losses(extended, final.law), nested.loss)
     if hidden:
         gains = gains_of(as_known(problem), as_known(extended), final.law)
     else:
+        # blocks without which other effects are chosen are predicted by those, their fold left out
+        same = alike[:, None]
+        old = np.where(same, output_losses(problem, final.law), nested.bare)
+        new = np.where(same, output_losses(extended, final.law), nested.loss)
         gains = gains_from(problem, old, new)
     if problem.pieces or problem.known is not None:
         # a test of rows takes the pieces of a stance for more than they are, and a name may only
