@@ -116,9 +116,9 @@ def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[Float
     # in noise beside them: what one far beyond its usual size leaves is none
     beside = replace(problem.without_candidates, usual=columns, accepted=None)
     grams, _ = whitened_grams(beside, columns[:, :0], counted=False)
-    base, own = np.split(grams.calibration, [grams.calibration.size - columns.shape[1]])
-    products = grams.inner.among(np.concatenate([base, own, [grams.inner.last]]))
-    base, wanted = np.split(np.arange(products.shape[1]), [base.size])
+    products = grams.inner.among(np.append(grams.calibration, grams.inner.last))
+    # the columns asked for are the last of the calibration, the residual is after them
+    base, wanted = np.split(np.arange(products.shape[1]), [-columns.shape[1] - 1])
     prior = np.eye(len(wanted) - 1)
 
     def fitted(total: FloatArray) -> FloatArray:
