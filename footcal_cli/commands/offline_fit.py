@@ -28,7 +28,7 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
 
     from footcal_cli.core.bench.pooled import with_common_noise
     from footcal_cli.core.plausibility import check_scale
-    from footcal_cli.intake.bench import read_weights, study_of, study_together
+    from footcal_cli.intake.bench import read_weights, studies_of, study_together
     from footcal_cli.session.bench_calibration import bench_calibration
     from footcal_cli.session.calibration import counted_together
     from footcal_cli.sheets import bench, cop, matrix
@@ -37,9 +37,7 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
     with session.step("read"):
         logs = read_weights(session)
     with session.step("fit"):
-        studies = with_common_noise(
-            [study_of(record, options, robot.gravity_mps2) for record in logs.records]
-        )
+        studies = with_common_noise(studies_of(logs.records, options, robot.gravity_mps2))
         together = study_together(session)
         alone = [study.estimates for study in studies]
         estimates = counted_together(session, alone) if alone else []

@@ -15,7 +15,7 @@ from footcal_cli.core.bench.matrix import MatrixStudy, study_matrix
 from footcal_cli.core.bench.placement_rows import PlacementRows, condense_points, holes_of
 from footcal_cli.core.bench.plateaus import PlateauOptions
 from footcal_cli.core.bench.record import BenchRecord, record_of
-from footcal_cli.core.bench.study import ChannelStudy, study_rows, study_samples
+from footcal_cli.core.bench.study import Asked, ChannelStudy, study_rows, study_samples
 from footcal_cli.core.bench_rows import pieces_by_pauses
 from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.log import Log
@@ -69,20 +69,21 @@ def read_weights(session: Session[OfflineFitOptions]) -> WeightsLogs:
     return WeightsLogs(tables, records, held_out)
 
 
-def study_of(record: BenchRecord, options: OfflineFitOptions, gravity_mps2: float) -> ChannelStudy:
-    """A channel's models: of rows as they are, or of a recording's settled samples."""
-    extend = options.models == "auto"
-    dense = record.recorded if options.samples is None else options.samples
-    if not dense:
-        return study_rows(record, options.method, extend=extend, most_degree=options.most_degree)
-    return study_samples(
-        record,
-        options.method,
-        options=plateau_options(options.plateaus),
-        loads_n=options.plateaus.known_n(gravity_mps2),
-        extend=extend,
-        most_degree=options.most_degree,
-    )
+def studies_of(
+    records: Sequence[BenchRecord], options: OfflineFitOptions, gravity_mps2: float
+) -> list[ChannelStudy]:
+    """Every channel's models: of rows as they are, or of a recording's settled samples."""
+    asked = Asked(options.method, options.models == "auto", options.most_degree, len(records))
+    found = []
+    for record in records:
+        if record.recorded if options.samples is None else options.samples:
+            holds, loads_n = options.plateaus, options.plateaus.known_n(gravity_mps2)
+            found.append(
+                study_samples(record, asked, options=plateau_options(holds), loads_n=loads_n)
+            )
+        else:
+            found.append(study_rows(record, asked))
+    return found
 
 
 def plateau_options(settings: PlateauSettings) -> PlateauOptions:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.bench.channel import ChannelFit, fit_channel
-from footcal_cli.core.bench.ladder import Ladder, climb
+from footcal_cli.core.bench.ladder import ALPHA, Ladder, climb
 from footcal_cli.core.bench.record import (
     BenchRecord,
     condense,
@@ -79,6 +79,26 @@ def test_a_perfect_cell_stays_affine(one: int, three: int) -> None:
     together = Staircase(sessions=3, session_sd_n=0.1)
     names += [ladder.model for ladder in climbed(together, range(three))]
     assert names.count("affine") >= len(names) - len(names) // 10, names
+
+
+def test_all_cells_of_a_bench_share_the_level_of_their_tests() -> None:
+    """Of weak loops eight cells take those alone whose p is below an eighth of one cell's level."""
+    weak = [record(Staircase(hysteresis_width=0.04), seed) for seed in range(6)]
+    taken = [[climb(one, (hysteresis(60.0),), cells) for one in weak] for cells in (1, 8)]
+    for cells, ladders in zip((1, 8), taken, strict=True):
+        for ladder in ladders:
+            tried = ladder.rows[1]
+            assert (tried.p_value < ALPHA / cells) or not tried.climbed
+    one, eight = ([ladder.model != "affine" for ladder in ladders] for ladders in taken)
+    assert sum(eight) < sum(one)
+    assert all(b or not a for a, b in zip(eight, one, strict=True))
+
+
+def test_a_loop_that_leads_is_no_hysteresis() -> None:
+    """A width below nothing is no play: energy would come out of the cell."""
+    turned = climb(record(Staircase(hysteresis_width=-0.18), 0))
+    assert not any("hysteresis" in rung for rung in turned.rungs)
+    assert any(row.why == "a size that no cell can have" for row in turned.rows)
 
 
 def test_curvature_is_a_polynomial_and_not_a_memory() -> None:

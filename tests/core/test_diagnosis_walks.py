@@ -245,3 +245,31 @@ def test_a_name_is_asked_for_as_much_evidence_per_block_with_a_block_less() -> N
     """Ten equal blocks at the level leave nine at 0.01^(9/10)."""
     assert level_of_fewer(0.01, 9, 10) == pytest.approx(0.015849, abs=1e-6)
     assert level_of_fewer(0.01, 3, 10) == pytest.approx(1.0)
+
+
+def test_an_effect_that_one_cell_has_already_is_sought_in_its_group_and_in_the_others() -> None:
+    """A calibration with hysteresis of one cell: a foot may have more of it, by finite differences.
+
+    The reach of the foot's is that of its signature; the calibrated one stays as it is.
+    """
+    case, effect = walk_case(5, None, duration_s=12.0), TABLE["hysteresis"]
+    chain = case.chain.with_link(Link(effect, {"left_fl": ("left_fl",)}))
+    given = {"left_fl.hysteresis_width": 0.4, "left_fl.hysteresis_reach": 3.0}
+    case = case.extended(chain, {**case.values, **given})
+    rows = rows_of(case)
+    found = library_columns(case, rows, [effect])
+    places = {s.where for s in found.signatures}
+    assert "left_fl" not in places
+    assert {"all cells", "left foot", "left_fr"} <= places
+    at = next(i for i, s in enumerate(found.signatures) if s.where == "left foot")
+    (signature, size) = found.signatures[at], 0.01
+    more = case.chain.with_link(Link(effect, dict(signature.owners)))
+    reach = {f"left.{name}": value for name, value in signature.shape}
+    none, some = (
+        residual(case, rows, {**case.values, **reach, "left.hysteresis_width": w}, more)
+        for w in (0.0, size)
+    )
+    expected = (none - some) / size
+    np.testing.assert_allclose(
+        found.columns[:, at], expected, atol=0.02 * float(np.abs(expected).max())
+    )

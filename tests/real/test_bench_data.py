@@ -11,7 +11,7 @@ import pytest
 from footcal_cli.core.bench.ladder import climb
 from footcal_cli.core.bench.plateaus import PlateauOptions
 from footcal_cli.core.bench.record import BenchRecord
-from footcal_cli.core.bench.study import ChannelStudy, settled_like, study_samples
+from footcal_cli.core.bench.study import Asked, ChannelStudy, settled_like, study_samples
 from footcal_cli.core.bench.terms import hysteresis, polynomial
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import RmseRecord
@@ -93,7 +93,7 @@ def test_insole_ladder_pays_on_a_run_it_has_not_seen(
     study = study_samples(
         taxel(real_data, "calibration_dataset", name),
         options=PlateauOptions(min_hold_s=2.0),
-        extend=False,
+        asked=Asked(extend=False),
     )
     rungs = (polynomial(2), polynomial(3), hysteresis(study.record.full_scale_n))
     ladder = climb(study.record, rungs)
@@ -111,7 +111,7 @@ def test_insole_hysteresis_is_a_few_percent_of_full_scale(real_data: Path) -> No
         study = study_samples(
             taxel(real_data, "calibration_dataset", name),
             options=PlateauOptions(min_hold_s=2.0),
-            extend=False,
+            asked=Asked(extend=False),
         )
         ladder = climb(study.record, (hysteresis(study.record.full_scale_n),))
         assert ladder.rungs == ("hysteresis",)

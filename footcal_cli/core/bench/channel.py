@@ -24,6 +24,7 @@ from footcal_cli.core.bench.regressors import (
     shape_names,
 )
 from footcal_cli.core.bench.terms import Term
+from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.fit import PRIOR_KEPT_RATIO
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.separable import Separable, SeparableFit
@@ -144,6 +145,16 @@ class ChannelFit:
             ci95=self.ci95 + wider[:, None] * [-1.0, 1.0],
             linear_covariance=self.linear_covariance + np.outer(line, line) / 12.0,
         )
+
+    @property
+    def possible(self) -> bool:
+        """Whether what the terms of each effect add up to lies within its physical range."""
+        sums: dict[str, float] = {}
+        sizes = self.linear[2 : 2 + len(self.terms)]
+        for term, size in zip(self.terms, sizes, strict=True):
+            sums[term.effect] = sums.get(term.effect, 0.0) + float(size)
+        ranges = {name: TABLE[name].size for name in sums if name}
+        return all(p.lower <= sums[name] <= p.upper for name, p in ranges.items())
 
     def p_value_of(self, terms: range) -> float:
         """Wald test that the sizes of some terms are all zero, by the F distribution.

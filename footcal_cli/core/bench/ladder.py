@@ -22,7 +22,8 @@ from footcal_cli.errors import FitError
 ALPHA = 0.01
 """A rung whose parameters are not significant at this level is left out, however well it predicts.
 
-Shared out over the rungs tried on top of a model (Bonferroni): the best of ten is not one of ten.
+Shared out over the rungs tried on top of a model and the cells of a bench (Bonferroni): the best
+of ten is not one of ten.
 """
 _MOST_STEPS = 3
 
@@ -160,7 +161,7 @@ def held_out_error(record: BenchRecord, fit: ChannelFit) -> HeldOut:
     return hold_out(predict, record.load_n[known], group)
 
 
-def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None) -> Ladder:
+def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None, cells: int = 1) -> Ladder:
     """Choose a channel's model on held-out sessions (three or more) or loads.
 
     Parameters
@@ -169,6 +170,8 @@ def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None) -> Ladder:
         Rows of one channel.
     rungs
         Extensions to try; all the record could support where absent.
+    cells
+        Channels of the bench that are searched alike.
     """
     rungs = menu(record) if rungs is None else rungs
     affine = fit_channel(record)
@@ -181,7 +184,7 @@ def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None) -> Ladder:
     rivals: tuple[str, ...] = ()
     left = list(rungs)
     for _ in range(_MOST_STEPS):
-        tried = _attempts(record, taken, left)
+        tried = _attempts(record, taken, left, ALPHA / cells)
         if not tried:
             break
         # none is climbed to predict worse than before
@@ -260,16 +263,18 @@ def _fitted(
     return found
 
 
-def _attempts(record: BenchRecord, taken: list[Rung], left: Sequence[Rung]) -> list[_Attempt]:
+def _attempts(
+    record: BenchRecord, taken: list[Rung], left: Sequence[Rung], alpha: float
+) -> list[_Attempt]:
     """What is tried on top of the rungs taken: above the first, only what is significant alone.
 
     Left-out groups are predicted where a rung is significant among all that are tried.
     """
-    fitted = [one for one in _fitted(record, taken, left) if not taken or one[2] <= ALPHA]
+    fitted = [one for one in _fitted(record, taken, left) if not taken or one[2] <= alpha]
     attempts = []
     for rung, fit, p in fitted:
-        level, out = ALPHA / len(fitted), None
-        if p < level:
+        level, out = alpha / len(fitted), None
+        if p < level and fit.possible:
             try:
                 out = held_out_error(record, fit)
             except FitError:
@@ -292,6 +297,8 @@ def _row(attempt: _Attempt, taken: list[Rung], before: HeldOut, step: _Attempt |
         why = "chosen: one-standard-error rule on held-out groups"
     elif attempt.out is None:
         why = f"not significant (p > {attempt.level:.2g})"
+        if not attempt.fit.possible:
+            why = "a size that no cell can have"
     elif step is None:
         why = "not better than the simpler model by one standard error"
     else:

@@ -40,6 +40,31 @@ _CREEP_BIC = 10.0
 
 
 @dataclass(frozen=True)
+class Asked:
+    """What is asked of each channel of a bench.
+
+    Parameters
+    ----------
+    method
+        Of the straight line.
+    extend
+        Whether to try more than scale and bias.
+    most_degree
+        Of the polynomials.
+    cells
+        Channels of the bench, all of which are searched for more.
+    """
+
+    method: Method = "ordinary"
+    extend: bool = True
+    most_degree: int = 3
+    cells: int = 1
+
+
+_ALL = Asked()
+
+
+@dataclass(frozen=True)
 class Samples:
     """A running recording of one channel and what each sample is good for.
 
@@ -200,40 +225,27 @@ def settled_like(study: ChannelStudy, record: BenchRecord) -> BenchRecord:
     return _condensed(find_loads(record, study.samples.options, ()).settled)
 
 
-def study_rows(
-    record: BenchRecord, method: Method = "ordinary", *, extend: bool = True, most_degree: int = 3
-) -> ChannelStudy:
-    """Study a channel whose rows are readings of settled loads.
-
-    Parameters
-    ----------
-    record
-        One row per reading.
-    extend
-        Whether to try more than scale and bias.
-    most_degree
-        Of the polynomials.
-    """
+def study_rows(record: BenchRecord, asked: Asked = _ALL) -> ChannelStudy:
+    """Study a channel whose rows, shape (n,), are readings of settled loads."""
     known = record.known
-    affine = fit_affine(record.channel, record.load_n[known], record.reading[known], method)
+    affine = fit_affine(record.channel, record.load_n[known], record.reading[known], asked.method)
     loads = np.unique(record.load_n[known]).size
     ladder = None
-    extend &= bool(known.sum() >= FEWEST_ROWS and loads >= FEWEST_LOADS)
+    extend = asked.extend and bool(known.sum() >= FEWEST_ROWS and loads >= FEWEST_LOADS)
     if extend or record.renewed:
         # of three loads one left out leaves a line through two: that is no test of a model
         judged = loads > FEWEST_LOADS or np.unique(record.session[known]).size >= FEWEST_LOADS
-        ladder = climb(record, menu(record, most_degree) if extend and judged else ())
+        rungs = menu(record, asked.most_degree) if extend and judged else ()
+        ladder = climb(record, rungs, asked.cells)
     return ChannelStudy(record.channel, record, affine, ladder)
 
 
 def study_samples(
     record: BenchRecord,
-    method: Method = "ordinary",
+    asked: Asked = _ALL,
     *,
     options: PlateauOptions | None = None,
     loads_n: Sequence[float] = (),
-    extend: bool = True,
-    most_degree: int = 3,
 ) -> ChannelStudy:
     """Study a channel from a running recording: find holds, condense, choose a model, see creep.
 
@@ -241,8 +253,6 @@ def study_samples(
     ----------
     record
         Samples; where the load is recorded too, its standing still makes a sample settled.
-    method, extend, most_degree
-        As `study_rows`.
     loads_n
         Loads in the order in which they were put on, where the recording does not have them.
 
@@ -251,12 +261,12 @@ def study_samples(
     DataError
         The number of loads found is not the number of loads given, or none is given at all.
     """
-    asked = options or PlateauOptions()
-    if not len(loads_n) and never_still(record, asked):
-        return _study_moving(record, method, asked, extend=extend, most_degree=most_degree)
-    samples = find_loads(record, asked, loads_n)
+    holds = options or PlateauOptions()
+    if not len(loads_n) and never_still(record, holds):
+        return _study_moving(record, asked, holds)
+    samples = find_loads(record, holds, loads_n)
     record = with_law_of_noise(_condensed(samples.settled))
-    study = study_rows(record, method, extend=extend, most_degree=most_degree)
+    study = study_rows(record, asked)
     relaxation, waiting = _creep_of(samples)
     return replace(
         _changed_later(study, samples.settled),
@@ -289,12 +299,10 @@ def _changed_later(study: ChannelStudy, samples: BenchRecord) -> ChannelStudy:
     return replace(study, ladder=replace(ladder, chosen=chosen), record=records[middle])
 
 
-def _study_moving(
-    record: BenchRecord, method: Method, options: PlateauOptions, *, extend: bool, most_degree: int
-) -> ChannelStudy:
+def _study_moving(record: BenchRecord, asked: Asked, options: PlateauOptions) -> ChannelStudy:
     """Study a channel under a reference that never stands still, its lag taken out."""
     found = aligned(record, options, max(1, len(record) // ROWS_FOR_FITS))
-    study = study_rows(_condensed(found.record), method, extend=extend, most_degree=most_degree)
+    study = study_rows(_condensed(found.record), asked)
     shifted = replace(record, load_n=found.record.load_n)
     samples = Samples(shifted, found.state, np.where(found.record.known, 0, -1), options)
     affine = replace(study.affine, lack_of_fit=None)

@@ -59,16 +59,16 @@ def diagnose(
         accepted = problem.columns[:, [lib.index(s.column) for s in found.steps]]
         after = detect(problem, grams, features, found.base, signs, accepted)
         form = form_of(_with(problem, lib, found.base), accepted, signs)
-    share = _share(grams, found, after, form)
+    removed = _removed(grams, found)
     causes = _causes(lib, found)
     return Diagnosis(
-        verdict=_verdict(lib, found, after, form, share, rules),
+        verdict=_verdict(lib, found, after, form, removed, rules),
         causes=causes,
         effects=evidence_rows(lib, found, rules),
         before=before,
         after=after,
         form=form,
-        share=share,
+        share=share_of(removed, after, form),
         search=found,
         library=lib,
         grams=grams,
@@ -107,13 +107,11 @@ def _with(problem: Problem, lib: Library, base: IntArray) -> Problem:
     return problem.holding(problem.columns[:, taken])
 
 
-def _share(grams: Grams, found: Search, after: Detection, form: Form | None) -> float:
-    """Named gain over named gain plus the leftover that a flexible learner still explains."""
-    if not found.steps:
-        return 0.0
+def _removed(grams: Grams, found: Search) -> float:
+    """Held-out squared error that the names remove."""
     start = held_out_loss(grams.inner, grams.calibration, grams.plain).sum()
     end = held_out_loss(grams.inner, found.base, grams.plain).sum()
-    return share_of(float(start - end), after, form)
+    return float(start - end)
 
 
 def share_of(named: float, after: Detection, form: Form | None) -> float:
@@ -127,8 +125,12 @@ def share_of(named: float, after: Detection, form: Form | None) -> float:
         What is left once they are in.
     """
     bought = 0.0 if form is None else form.bought
-    left = max(float(after.flexible_gain.sum()), bought, 0.0)
-    return max(named, 0.0) / max(max(named, 0.0) + left, 1e-300)
+    return _share(named, max(float(after.flexible_gain.sum()), bought))
+
+
+def _share(named: float, left: float) -> float:
+    """Named gain over named gain plus what is left to gain."""
+    return max(named, 0.0) / max(max(named, 0.0) + max(left, 0.0), 1e-300)
 
 
 def look_alike(lib: Library, columns: IntArray, rules: Rules) -> bool:
@@ -138,7 +140,7 @@ def look_alike(lib: Library, columns: IntArray, rules: Rules) -> bool:
 
 
 def enough(
-    share: float,
+    named: float,
     after: Detection,
     form: Form | None,
     rules: Rules,
@@ -150,8 +152,8 @@ def enough(
 
     Parameters
     ----------
-    share
-        Share of what can be explained that they explain.
+    named
+        Held-out squared error that they remove.
     after, form
         What is left once they are in.
     rules
@@ -164,13 +166,11 @@ def enough(
     """
     if between and after.between_p / LEVEL_SHARE["between"] < rules.alpha_unknown:
         return False
+    most = rules.share_set if several else 1.0
     bent = form is not None and form.p < rules.alpha_form
-    needed = (
-        rules.share_form if bent
-        else rules.share_partly if after.p < rules.alpha_unknown
-        else rules.share_named
-    )  # fmt: skip
-    return share >= (min(needed, rules.share_set) if several else needed)
+    needed = rules.share_partly if leftover(after, rules) else rules.share_named
+    constant = form is None or not bent or _share(named, form.bought) >= min(rules.share_form, most)
+    return constant and share_of(named, after, form) >= min(needed, most)
 
 
 def _verdict(
@@ -178,7 +178,7 @@ def _verdict(
     found: Search,
     after: Detection,
     form: Form | None,
-    share: float,
+    removed: float,
     rules: Rules,
 ) -> Verdict:
     both = bool(np.any(lib.between & lib.testable) and np.any(~lib.between & lib.testable))
@@ -191,7 +191,7 @@ def _verdict(
     named = np.array([lib.index(step.column) for step in found.steps])
     between = bool(lib.between[named].any())
     columns = np.array([step.column for step in found.steps])
-    if not enough(share, after, form, rules, between=between) or look_alike(lib, columns, rules):
+    if not enough(removed, after, form, rules, between=between) or look_alike(lib, columns, rules):
         return Verdict.UNKNOWN
     if any(step.rivals for step in found.steps):
         return Verdict.AMBIGUOUS

@@ -126,11 +126,11 @@ class SingleDiagnosis:
         for item in self.found.problem.excluded:
             if item.effect == effect:
                 return item.reason
-        if any(link.effect.name == effect for link in self.found.case.chain.links):
-            return "already in the calibration that it starts from"
         rows = [r for r in self.found.rounds[0].effects if r.signature.effect == effect]
         if not rows:
-            return "no effect on this experiment"
+            given = any(link.effect.name == effect for link in self.found.case.chain.links)
+            here = "already in the calibration that it starts from"
+            return here if given else "no effect on this experiment"
         row = rows[0]
         return row.reason if row.status is EffectStatus.NOT_TESTABLE else ""
 

@@ -91,8 +91,8 @@ class Rules:
         |cos| from which two effects named together are not believed: they may copy a third.
     share_named, share_partly, share_form
         Share of what can be explained that the named effects must explain: below `share_named`
-        the verdict is unknown, below `share_partly` too if something is left, below `share_form`
-        too if a named size is not the same everywhere.
+        the verdict is unknown, below `share_partly` too if something that matters is left, and
+        below `share_form` of what they and sizes that change explain if a size surely does.
     share_set
         The same, instead of the last two, where the answer is a set of rivals: which of their forms
         it is stays open anyway.

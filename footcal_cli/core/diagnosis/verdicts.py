@@ -171,7 +171,7 @@ def _verdict(
     several = any(cause.rivals for cause in causes)
     if any(rival.spoils(removed, rules, several=several) for rival in unnamed):
         return Verdict.UNKNOWN, share
-    if not enough(share, last.before, form, rules, between=between, several=several) or (
+    if not enough(removed, last.before, form, rules, between=between, several=several) or (
         len(causes) > 1 and look_alike(lib, _columns_of(first, causes), rules)
     ):
         return Verdict.UNKNOWN, share

@@ -23,6 +23,8 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 STEP = 0.02
 """Finite-difference step of a size, in its prior sd."""
+BESIDE = "+"
+"""Before the owner of a trial size, which may stand beside one that is calibrated."""
 _ROUNDING = 1e-12
 """Units of noise per unit of a reading."""
 _ALIKE = 1e-6
@@ -87,8 +89,9 @@ class Responses:
         """
         if effect.scope is Scope.ROBOT:
             return None
-        chain = self.case.chain.with_link(Link(effect, {u: (u,) for u in units}))
-        values = {**self.case.values, **{f"{u}.{k}": v for u in units for k, v in shape.items()}}
+        chain = self.case.chain.with_link(Link(effect, {BESIDE + u: (u,) for u in units}))
+        shapes = {f"{BESIDE}{u}.{k}": v for u in units for k, v in shape.items()}
+        values = {**self.case.values, **shapes}
         low, high = ends_of(size)
         found = {u: np.zeros(self.rows.row.size) for u in units}
         for i, log in enumerate(self.case.logs):
@@ -97,7 +100,7 @@ class Responses:
                 return None
 
             def moved(by: float, mine: Sequence[str], i: int = i) -> Log:
-                sizes = {f"{u}.{size.name}": size.neutral + by for u in mine}
+                sizes = {f"{BESIDE}{u}.{size.name}": size.neutral + by for u in mine}
                 return self.case.truth(i, chain, {**values, **sizes}, self.seen[i])
 
             every = moved(high, units)

@@ -19,7 +19,7 @@ from footcal_cli.core.effects.contract import (
 )
 from footcal_cli.core.inference.case import Case, Rows, channels_of, residual
 from footcal_cli.core.inference.problem import Excluded, Signature
-from footcal_cli.core.inference.responses import Responses, ends_of
+from footcal_cli.core.inference.responses import BESIDE, Responses, ends_of
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.parameters import FloatArray
 
@@ -134,14 +134,16 @@ def direction_columns(case: Case, rows: Rows, *, lasting: bool = False) -> Float
 
 def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Columns:
     """Signatures of all effects, for every place that may carry them and every shape."""
-    present = {item.effect.name for item in case.chain.links}
+    fitted = {parameter.name for parameter in case.calibration}
+    moved = {item.effect.name for item in case.chain.links if not fitted.isdisjoint(item.names())}
     signatures: list[Signature] = []
     columns: list[FloatArray] = []
     excluded: list[Excluded] = []
     known = set.intersection(*(set(log.known) for log in case.logs))
     responses = Responses(case, rows, case.memory())
     for effect in effects:
-        if effect.name in present or case.experiment.name not in effect.experiments:
+        given = effect.name in moved or Trait.CALIBRATION in effect.traits
+        if given or case.experiment.name not in effect.experiments:
             continue
         if not can_carry(channels_of(case.logs), effect):
             continue
@@ -178,7 +180,7 @@ def effect_columns(
     once the calibration is refitted, the shapes differ.
     """
     case, rows, seen = responses.case, responses.rows, responses.seen
-    units = _units(case, effect)
+    units, taken = _units(case, effect), owners_of(case.chain, effect)
     shapes = shapes_of(case, effect)
     signatures: list[Signature] = []
     columns: list[FloatArray] = []
@@ -206,6 +208,8 @@ def effect_columns(
                 for by in size.far
             ]
             for where, owners, members in places(effect, units):
+                if not taken.isdisjoint(owner for owner, _ in owners):
+                    continue
                 signature = Signature(
                     effect=effect.name, parameter=size.name, where=where, unit=size.unit,
                     shape=tuple(shape.items()), lower=lower - size.neutral,
@@ -214,7 +218,7 @@ def effect_columns(
                 for of_each in (single, *far):
                     signatures.append(signature)
                     columns.append(summed([of_each[m] for m in members]))
-        if not kept:
+        if not kept and not taken:
             where, owners, _ = places(effect, units)[0]
             signatures.append(Signature(effect.name, size.name, where, size.unit, owners=owners))
             columns.append(np.zeros(rows.row.size))
@@ -268,10 +272,15 @@ def places(effect: Effect, units: Sequence[str]) -> list[Place]:
     return found
 
 
+def owners_of(chain: Chain, effect: Effect) -> set[str]:
+    """Who has a value of an effect already, from a calibration: a group may have more of it."""
+    return {o for item in chain.links if item.effect.name == effect.name for o in item.owners}
+
+
 def own_place(case: Case, effect: Effect) -> tuple[str, Owners] | None:
     """Every cell with a value of its own, where there are several cells; named like the others."""
     units = _units(case, effect)
-    if effect.scope is not Scope.CHANNEL or len(units) < 2:
+    if effect.scope is not Scope.CHANNEL or len(units) < 2 or owners_of(case.chain, effect):
         return None
     return "each cell of its own", tuple((u, (u,)) for u in units)
 
@@ -283,7 +292,6 @@ def derivative(
     size: EffectParameter,
     owners: Mapping[str, tuple[str, ...]],
     shape: Mapping[str, float],
-    at: Mapping[str, float] | None = None,
     seen: Sequence[Seen] | None = None,
 ) -> FloatArray:
     """What size one of an effect adds to the residual, shape (m,).
@@ -292,8 +300,9 @@ def derivative(
     allows, one-sided at its edge.
     """
     known = seen or case.memory()
-    chain = case.chain.with_link(Link(effect, dict(owners)))
-    values = {**case.values, **(at or {})}
+    owners = {BESIDE + owner: group for owner, group in owners.items()}
+    chain = case.chain.with_link(Link(effect, owners))
+    values = dict(case.values)
     for owner in owners:
         values |= {f"{owner}.{name}": value for name, value in shape.items()}
 
@@ -325,11 +334,12 @@ def _far(
 
     A delay of a quarter of a step has no gradient at none, and one deep minimum where it is.
     """
-    chain = case.chain.with_link(Link(effect, {unit: (unit,)}))
-    values = {**case.values, **{f"{unit}.{name}": value for name, value in shape.items()}}
+    owner = BESIDE + unit
+    chain = case.chain.with_link(Link(effect, {owner: (unit,)}))
+    values = {**case.values, **{f"{owner}.{name}": value for name, value in shape.items()}}
     none, much = (
         residual(
-            case, rows, {**values, f"{unit}.{size.name}": size.neutral + change}, chain, seen=seen
+            case, rows, {**values, f"{owner}.{size.name}": size.neutral + change}, chain, seen=seen
         )
         for change in (0.0, by)
     )
