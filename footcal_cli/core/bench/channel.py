@@ -148,13 +148,13 @@ class ChannelFit:
 
     @property
     def possible(self) -> bool:
-        """Whether what the terms of each effect add up to lies within its physical range."""
+        """Whether what the terms of each effect add up to has a sign that the effect can have."""
         sums: dict[str, float] = {}
         sizes = self.linear[2 : 2 + len(self.terms)]
         for term, size in zip(self.terms, sizes, strict=True):
             sums[term.effect] = sums.get(term.effect, 0.0) + float(size)
-        ranges = {name: TABLE[name].size for name in sums if name}
-        return all(p.lower <= sums[name] <= p.upper for name, p in ranges.items())
+        one_sided = [name for name in sums if name and TABLE[name].size.lower == 0.0]
+        return all(sums[name] >= 0.0 for name in one_sided)
 
     def p_value_of(self, terms: range) -> float:
         """Wald test that the sizes of some terms are all zero, by the F distribution.
