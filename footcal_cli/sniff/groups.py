@@ -187,7 +187,7 @@ def without_unit(name: str) -> str:
     return re.sub(r"_(counts|n|adc|raw|data)$", "", name)
 
 
-def share_a_weight(columns: Sequence[ColumnGuess]) -> bool:
+def are_two_plates(columns: Sequence[ColumnGuess]) -> bool:
     """Whether twelve columns are two plates: what each bears changes, and their sum hardly does."""
     if len(columns) != 2 * len(AXES):
         return False

@@ -11,7 +11,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.couples import couples
-from footcal_cli.sniff.groups import AXES, owner_of, share_a_weight
+from footcal_cli.sniff.groups import AXES, are_two_plates, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import (
     FORCE,
@@ -123,7 +123,7 @@ def _wrenches(
         six = {"": free}
     elif not six and not file.of("quaternion", "angle", "matrix", "gravity") and not taken:
         moving = [c for c in free if np.nanstd(numbers_of(c)) > 0]
-        if share_a_weight(moving):
+        if are_two_plates(moving):
             six = {"plate 1": moving[: len(AXES)], "plate 2": moving[len(AXES) :]}
         elif len(moving) in (_TURNED_AND_FELT, _TURNED_AND_FELT + 3) and not moving[-1].counts:
             six = {"": moving[-len(AXES) :]}  # a pose and a wrench

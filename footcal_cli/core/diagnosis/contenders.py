@@ -12,7 +12,6 @@ from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.weighing import beyond_range, is_possible
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import Interval
@@ -85,16 +84,14 @@ def _contenders(
         copied = alike.get(effect.name, 0.0) ** 2 if len(effect.sizes) > 1 else 0.0
         if max(gain[c], copied * gain[mine]) < rules.contender_share * gain[mine] and not placed:
             continue
-        most = beyond_range(float(evidence.p[c]), rules)
-        possible = is_possible(signature, float(evidence.size[c]), 0.0, most)
+        possible = evidence.possible(int(c), signature, rules, as_it_is=True)
         like = signature.effect in alike or signature.effect in mimics
         if signature.effect not in found and like and possible:
             found[signature.effect] = (signature, evidence.interval(c))
     places = {found[name][0].where for name in KNEES & set(found)}
     for c in order:  # a knee never stands alone: loads of one sign tell it from the other by a gain
         signature = signatures[lib.index(int(evidence.best[c]))]
-        most = beyond_range(float(evidence.p[c]), rules)
-        possible = is_possible(signature, float(evidence.size[c]), 0.0, most)
+        possible = evidence.possible(int(c), signature, rules, as_it_is=True)
         if places and possible and signature.effect in KNEES and signature.where in places:
             found.setdefault(signature.effect, (signature, evidence.interval(c)))
     return list(found.values())

@@ -13,9 +13,7 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.weighing import (
     Evidence,
     between_blocks,
-    beyond_range,
     has_few_blocks,
-    is_possible,
     of_cells_p,
     single_rows_p,
     weigh,
@@ -174,11 +172,8 @@ def _next_step(
         signature = lib.problem.signatures[lib.index(int(evidence.best[c]))]
         if signature.effect in failed:
             continue
-        # a size outside its physical range by more than its own error
-        spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
         size = evidence.size[c]
-        most = beyond_range(float(evidence.p[c]), rules)
-        if not is_possible(signature, float(size), float(spread), most):
+        if not evidence.possible(int(c), signature, rules):
             why.append(Refusal(signature, Why.IMPOSSIBLE, float(size)))
             continue
         before = max(start_loss - float(loss.sum()), 0.0)
@@ -259,10 +254,7 @@ def _rivals(
         alias = cos[c] > rules.alias
         if total[c] < rules.rival_share * total[best] and not alias:
             continue
-        size = evidence.size[c]
-        spread = 2.0 * np.std(evidence.size_without[:, c]) * np.sqrt(max(grams.blocks - 1, 1))
-        most = beyond_range(float(evidence.p[c]), rules)
-        if not is_possible(other, float(size), float(spread), most):
+        if not evidence.possible(c, other, rules):
             continue
         if _out_of_it(lib, evidence, base, best, c, signs, rules, seed):
             continue

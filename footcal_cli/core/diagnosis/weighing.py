@@ -62,6 +62,23 @@ class Evidence:
         """The size of a cause with its 95 % interval over blocks."""
         return jackknife_interval(float(self.size[cause]), self.size_without[:, cause])
 
+    def possible(
+        self, cause: int, signature: Signature, rules: Rules, *, as_it_is: bool = False
+    ) -> bool:
+        """`is_possible` of a cause's size, which may be off by two of its standard errors.
+
+        Where the cause is certain, a share may be lost at the end of its range.
+
+        Parameters
+        ----------
+        as_it_is
+            Whether the size is taken as it is.
+        """
+        without = self.size_without[:, cause]
+        spread = 0.0 if as_it_is else 2.0 * np.std(without) * np.sqrt(max(without.size - 1, 1))
+        share = rules.second_share if self.p[cause] < rules.alpha_small else 0.0
+        return is_possible(signature, float(self.size[cause]), float(spread), share)
+
 
 def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: int) -> Evidence:
     """Family-wise tests and held-out gains of all causes on top of a base."""
@@ -145,11 +162,6 @@ def has_few_blocks(problem: Problem, informative: float) -> bool:
     if problem.known is not None:
         return False
     return informative < min(_FEWEST, _SOME * problem.blocks)
-
-
-def beyond_range(p: float, rules: Rules) -> float:
-    """Share that may be lost at the end of a range: none unless the effect is certain."""
-    return rules.second_share if p < rules.alpha_small else 0.0
 
 
 def is_possible(signature: Signature, size: float, spread: float, share: float) -> bool:

@@ -147,9 +147,7 @@ def whitened_grams(
         if problem.drifts:
             raw, white = _free_in_every_block(raw, white, problem.block, kept, numbers[2])
         elif problem.pieces and problem.known is None:
-            usual = numbers[1][: problem.without_candidates.shared.shape[1]]
-            usual = usual if problem.accepted is None else usual[: -problem.accepted.shape[1]]
-            fitted = np.concatenate([numbers[0], usual])
+            fitted = np.concatenate([numbers[0], numbers[1][: problem.usual_columns.stop]])
             raw, white = _without_known_to_one(raw, white, problem.block, kept, fitted)
         rows = block_products(white, problem.block[kept], problem.blocks)
     # how far the prediction of a tracked calibration is off depends on the slow noise that it
@@ -260,9 +258,8 @@ def _of_usual_size(problem: Problem, shared: IntArray) -> IntArray:
     """
     if not problem.pieces:
         return shared[:0]
-    first = 0 if problem.held is None else problem.held.shape[1]
     bounded = [s.effect not in problem.usual_of_any_size for s in problem.usual_of]
-    return np.asarray(shared[first : first + len(bounded)][np.array(bounded, dtype=bool)])
+    return np.asarray(shared[problem.usual_columns][np.array(bounded, dtype=bool)])
 
 
 def _free_in_every_block(

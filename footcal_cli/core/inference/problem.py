@@ -267,6 +267,12 @@ class Problem:
         parts = [part for part in (self.held, self.usual, self.accepted) if part is not None]
         return np.hstack([self.calibration[:, :0], *parts])
 
+    @property
+    def usual_columns(self) -> slice:
+        """Imperfections among the columns of `shared`, between what is held and effects."""
+        first = 0 if self.held is None else self.held.shape[1]
+        return slice(first, first + (0 if self.usual is None else self.usual.shape[1]))
+
     def left(self) -> FloatArray:
         """What calibration and accepted effects cannot absorb of each candidate, shape (m, k)."""
         if not self.drifts:
