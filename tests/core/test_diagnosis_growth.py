@@ -166,3 +166,14 @@ def test_a_refit_that_found_no_end_leaves_the_word_to_others(
     assert grown_from(monkeypatch, set(), {LIKE})[0] == NAMED
     assert grown_from(monkeypatch, set(), {LIKE, NAMED})[0] == NEXT
     assert grown_from(monkeypatch, {NEXT}, {LIKE, NAMED})[0] == LIKE
+
+
+@pytest.mark.parametrize("held", [None, 2])
+def test_imperfections_lie_between_what_is_held_and_effects(held: int | None) -> None:
+    rows = BLOCKS * ROWS
+    usual = np.random.default_rng(0).standard_normal((rows, 3))
+    problem = replace(
+        problem_of(np.zeros(rows), np.ones((rows, 1))),
+        held=None if held is None else np.zeros((rows, held)), usual=usual,
+    )  # fmt: skip
+    np.testing.assert_array_equal(problem.shared[:, problem.usual_columns], usual)

@@ -196,7 +196,7 @@ def test_in_a_stand_what_is_bounded_is_known_to_its_usual_size() -> None:
     """Not the mass, which nothing bounds, and nothing in a walk."""
     names = ("scale_matrix", "mass", "mount_translation")
     problem: Any = SimpleNamespace(
-        pieces=True, held=np.ones((4, 1)), usual_of_any_size=frozenset({"mass"}),
+        pieces=True, usual_columns=slice(1, 4), usual_of_any_size=frozenset({"mass"}),
         usual_of=tuple(Signature(name, name, "left", "-") for name in names),
     )  # fmt: skip
     shared = np.arange(20, 25)  # one that is held, three usual ones, one accepted
