@@ -46,7 +46,7 @@ _HASH_MIX = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
 
 def _stream(log: Log) -> FloatArray:
     """The body stream of a log side by side, shape (n, k)."""
-    return _side_by_side(log, [log.known[name] for name in BODY_STREAM if name in log.known])
+    return _side_by_side(log, BODY_STREAM)
 
 
 def _slopes(log: Log) -> FloatArray:
@@ -54,16 +54,17 @@ def _slopes(log: Log) -> FloatArray:
     return slopes(log.time_s, _stream(log), recording(log.time_s, None).fresh)
 
 
-def _side_by_side(log: Log, parts: Sequence[FloatArray]) -> FloatArray:
-    """Quantities of any shape (n, …) as columns, shape (n, k); n may be 0."""
+def _side_by_side(log: Log, names: Sequence[str]) -> FloatArray:
+    """Those known quantities that a log has, of any shape (n, …), as columns (n, k); n may be 0."""
+    parts = [log.known[name] for name in names if name in log.known]
     columns = [part.reshape(len(log), prod(part.shape[1:])) for part in parts]
     return np.concatenate(columns, axis=1) if columns else np.empty((len(log), 0))
 
 
-def _with_stream(log: Log, stream: FloatArray) -> Log:
-    """The log with its body stream replaced."""
+def _with_stream(log: Log, stream: FloatArray, names: Sequence[str] = BODY_STREAM) -> Log:
+    """The log with `_side_by_side` replaced."""
     known, start = {}, 0
-    for name in BODY_STREAM:
+    for name in names:
         if name in log.known:
             shape = log.known[name].shape
             width = int(np.prod(shape[1:]))
@@ -143,23 +144,26 @@ def hermite(
     return out
 
 
-def _shifted(log: Log, at_s: FloatArray, history: State) -> tuple[Log, State]:
-    """The log whose body stream shows at each row what it was at `at_s`."""
-    stream = log.of_known(_stream)
+def _shifted(
+    log: Log, at_s: FloatArray, history: State, names: Sequence[str] = BODY_STREAM
+) -> tuple[Log, State]:
+    """The log whose body stream, or a part of it, shows at each row what it was at `at_s`."""
+    whole = names is BODY_STREAM
+    stream = log.of_known(_stream) if whole else _side_by_side(log, names)
     if stream.shape[1] == 0:
         return log, history
     kept = slice(-REMEMBERED_ROWS, None)
     if history is None or log.time_s[0] < history[0][-1]:
-        fresh, slope = recording(log.time_s, None).fresh, log.of_known(_slopes)
+        fresh, slope = recording(log.time_s, None).fresh, log.of_known(_slopes) if whole else None
         moved = resample(log.time_s, stream, at_s, fresh, slope)
-        return _with_stream(log, moved), (log.time_s[kept], stream[kept])
+        return _with_stream(log, moved, names), (log.time_s[kept], stream[kept])
     earlier = len(history[0])
     times = np.concatenate([history[0], log.time_s])
     signal = np.concatenate([history[1], stream])
     wanted = np.concatenate([history[0], at_s])
     fresh = recording(times, None).fresh
     moved = resample(times, signal, wanted, fresh)[earlier:]
-    return _with_stream(log, moved), (times[kept], signal[kept])
+    return _with_stream(log, moved, names), (times[kept], signal[kept])
 
 
 def _delay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
@@ -168,6 +172,14 @@ def _delay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
 
 def _undelay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
     return _shifted(log, log.time_s + theta["delay"][0], state)
+
+
+def _late_derivatives(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    return _shifted(log, log.time_s - theta["accel_delay"][0], state, _DIFFERENTIATED)
+
+
+def _early_derivatives(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+    return _shifted(log, log.time_s + theta["accel_delay"][0], state, _DIFFERENTIATED)
 
 
 def _clock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
@@ -205,10 +217,9 @@ def _lagging(log: Log, lag_s: FloatArray, state: State) -> tuple[Log, State]:
 
 def _smoothed(sign: float) -> Transform:
     def smoothed(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-        kept = {name: log.known[name] for name in _DIFFERENTIATED if name in log.known}
-        if not kept:
+        signal = _side_by_side(log, _DIFFERENTIATED)
+        if not signal.shape[1]:
             return log, state
-        signal = _side_by_side(log, list(kept.values()))
         fresh = recording(log.time_s, None).fresh
         slope = slopes(log.time_s, signal, fresh)
         first, before, after, last = (
@@ -219,12 +230,7 @@ def _smoothed(sign: float) -> Transform:
         fourth = (first - 4.0 * before + 6.0 * signal - 4.0 * after + last) / _BESIDE_S**4
         variance, fourth_moment = theta["smoothing"][0], theta["smoothing_fourth"][0]
         signal = signal + sign * (variance / 2.0 * bend + fourth_moment / 24.0 * fourth)
-        known, start = {}, 0
-        for name, part in kept.items():
-            width = int(np.prod(part.shape[1:]))
-            known[name] = signal[:, start : start + width].reshape(part.shape)
-            start += width
-        return log.with_known(**known), state
+        return _with_stream(log, signal, _DIFFERENTIATED), state
 
     return smoothed
 
@@ -260,6 +266,7 @@ def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatA
 _DELAYS_S = (
     -0.15, -0.12, -0.09, -0.07, -0.05, -0.03, 0.03, 0.05, 0.07, 0.09, 0.12, 0.15,
 )  # fmt: skip
+_LATE_S = (-0.09, -0.06, -0.03, 0.03, 0.06, 0.09)
 _PPM = (-4e-3, -2e-3, -1e-3, -5e-4, 5e-4, 1e-3, 2e-3, 4e-3)
 
 LAG = Effect(
@@ -320,6 +327,25 @@ DELAY = Effect(
     traits=(Trait.MEMORY,),
 )
 
+ACCEL_DELAY = Effect(
+    name="accel_delay",
+    stage=Stage.TRANSPORT,
+    scope=Scope.ROBOT,
+    parameters=(EffectParameter("accel_delay", "s", 0.0, -0.2, 0.2, 0.02, far=_LATE_S),),
+    apply=_late_derivatives,
+    remove=_early_derivatives,
+    experiments=("walk",),
+    formula="y(t) = x(t − d) on the CoM's acceleration and the rate of angular momentum alone",
+    source="one-sided filters of velocities and accelerations in state estimators",
+    remedy="filter forwards and backwards, or delay the positions by as much",
+    needs=("com_acc_mps2",),
+    mimics=("delay", "lag", "angular_momentum"),
+    separates="the same walk with the acceleration differentiated anew from the logged CoM",
+    tolerance=1e-3,
+    anticipates=True,
+    traits=(Trait.MEMORY,),
+)
+
 DROPPED_SAMPLES = Effect(
     name="dropped_samples",
     traits=(Trait.UNGRADED,),
@@ -361,4 +387,4 @@ SMOOTHING = Effect(
 )
 """No row of the table: fitted beside every cause of a walk."""
 
-EFFECTS = (LAG, CLOCK_DRIFT, DELAY, DROPPED_SAMPLES)
+EFFECTS = (LAG, CLOCK_DRIFT, DELAY, ACCEL_DELAY, DROPPED_SAMPLES)
