@@ -175,6 +175,16 @@ def test_a_drifting_walk_is_no_effect_and_forty_milliseconds_come_out_as_forty()
         assert found.model.values["robot.delay"] == pytest.approx(0.04, abs=0.002)
 
 
+def test_an_acceleration_that_is_late_is_no_late_stream() -> None:
+    """The CoM is on time: 30 ms of delay of what was differentiated alone, to 2 ms."""
+    hidden = ("acceleration_delay", {"robot": ("robot",)}, {"robot.acceleration_delay": 0.03})
+    found = investigate(walk_case(6, hidden), TABLE, describe)
+    assert "acceleration_delay" in with_rivals(found)
+    if "acceleration_delay" in names(found):
+        assert found.model is not None
+        assert found.model.values["robot.acceleration_delay"] == pytest.approx(0.03, abs=0.002)
+
+
 @pytest.mark.slow
 def test_tilt_while_walking_is_named_as_its_alias_group() -> None:
     tilted = walk_case(7, ("imu_tilt", {"robot": ("robot",)}, {"robot.imu_pitch": 0.0175}))

@@ -138,9 +138,12 @@ def decided(
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
     mirrored = _from_the_other_side(subject, chosen, fitted)
     mirrored += open_curves(subject, best, noise, rules)
+    lost = {t.cause.signature.effect: float((t.loss - loss).sum()) for t in tried}
     same = never_distinguished(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     ) | {s.effect for s in mirrored}
+    # of two that are so much alike none leaves a good part of what the other one explains
+    same -= {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
     worse -= same
     late = moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals

@@ -175,11 +175,11 @@ def _undelay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
 
 
 def _late_derivatives(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-    return _shifted(log, log.time_s - theta["accel_delay"][0], state, _DIFFERENTIATED)
+    return _shifted(log, log.time_s - theta["acceleration_delay"][0], state, _DIFFERENTIATED)
 
 
 def _early_derivatives(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-    return _shifted(log, log.time_s + theta["accel_delay"][0], state, _DIFFERENTIATED)
+    return _shifted(log, log.time_s + theta["acceleration_delay"][0], state, _DIFFERENTIATED)
 
 
 def _clock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
@@ -283,7 +283,7 @@ LAG = Effect(
     source="low-pass in the robot's state estimator, or in the amplifier of all cells",
     remedy="switch the smoothing off, or give the lag to the recipe",
     needs=("com_acc_mps2",),
-    mimics=("delay", "sensor_lag"),
+    mimics=("delay", "sensor_lag", "acceleration_delay"),
     separates="the same walk with all smoothing of the body's stream switched off; a motion only "
     "if it stops within one and a half delays, both streams logged at 500 Hz or more",
 )
@@ -319,7 +319,7 @@ DELAY = Effect(
     source="NAO CoP self-calibration: fixed telemetry delay of 20 ms",
     remedy="give the delay to the recipe (`delay_s`), or stamp samples where they are taken",
     needs=("com_acc_mps2",),
-    mimics=("lag", "sensor_lag", "clock_drift"),
+    mimics=("lag", "sensor_lag", "clock_drift", "acceleration_delay"),
     separates="the same walk with all smoothing of the body's stream switched off; a motion only "
     "if it stops within one and a half delays, both streams logged at 500 Hz or more",
     tolerance=1e-3,
@@ -327,11 +327,11 @@ DELAY = Effect(
     traits=(Trait.MEMORY,),
 )
 
-ACCEL_DELAY = Effect(
-    name="accel_delay",
+ACCELERATION_DELAY = Effect(
+    name="acceleration_delay",
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
-    parameters=(EffectParameter("accel_delay", "s", 0.0, -0.2, 0.2, 0.02, far=_LATE_S),),
+    parameters=(EffectParameter("acceleration_delay", "s", 0.0, -0.2, 0.2, 0.02, far=_LATE_S),),
     apply=_late_derivatives,
     remove=_early_derivatives,
     experiments=("walk",),
@@ -387,4 +387,4 @@ SMOOTHING = Effect(
 )
 """No row of the table: fitted beside every cause of a walk."""
 
-EFFECTS = (LAG, CLOCK_DRIFT, DELAY, ACCEL_DELAY, DROPPED_SAMPLES)
+EFFECTS = (LAG, CLOCK_DRIFT, DELAY, ACCELERATION_DELAY, DROPPED_SAMPLES)

@@ -26,7 +26,7 @@ from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
 from footcal_cli.core.effects.foot import PLATE_INERTIA
 from footcal_cli.core.effects.six_axis import MOUNT_TRANSLATION, SCALE_MATRIX
-from footcal_cli.core.effects.transport import DELAY, LAG, SMOOTHING
+from footcal_cli.core.effects.transport import ACCELERATION_DELAY, DELAY, LAG, SMOOTHING
 from footcal_cli.core.experiments.contract import Balance, Experiment, Imperfection
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -220,6 +220,7 @@ OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
     Imperfection(LIMB_SWING, {"limb_swing_x": 0.2, "limb_swing_y": 0.2}, bounded=False),
     Imperfection(DELAY, {DELAY.size.name: 0.002}, covers=(LAG.name,)),
+    Imperfection(ACCELERATION_DELAY, {ACCELERATION_DELAY.size.name: 0.005}),
     Imperfection(SMOOTHING, {"smoothing": 5e-4}, bounded=False),
     OF_A_MODEL,
 )
