@@ -352,7 +352,7 @@ def read_placements(
         # nameplate scale, common zero: what a foot reads before anyone calibrates it
         before = None if nominal is None else replace(rows, forces_n=nominal * (counts - zero))
         names = np.concatenate([table.text("placement") for table in tables])[at]
-        found[str(foot)] = PlacementLog(rows, names, before)
+        found[str(foot)] = PlacementLog(rows, _named_by_place(names.astype(str), hole), before)
     return found
 
 
