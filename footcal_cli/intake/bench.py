@@ -127,7 +127,7 @@ def records_of_rows(tables: Sequence[Table], bits: int) -> list[BenchRecord]:
 
 def records_of_streams(tables: Sequence[Table], channels: Sequence[str]) -> list[BenchRecord]:
     """Running recordings with one column per channel; a file may go on with the one before it."""
-    session = _continued(tables, sessions_of(tables))
+    session = _continued(tables, sessions_of(tables, pauses=True))
     columns = {
         name: _joined([table.optional(name) for table in tables])
         for name in ("time_s", "load_n", "temperature_degc")
