@@ -334,8 +334,9 @@ def _columns(
     columns, seen = [], ideal.memory()
     for item in freed:
         value = values[item.name]
-        low = max(value - item.step, item.parameter.lower)
-        high = min(value + item.step, item.parameter.upper)
+        # a share of a large load may be a shape beyond its range
+        low = max(value - item.step, min(item.parameter.lower, value))
+        high = min(value + item.step, max(item.parameter.upper, value))
         up = residual(ideal, rows, {**values, item.name: high}, chain, seen=seen)
         down = residual(ideal, rows, {**values, item.name: low}, chain, seen=seen)
         columns.append(-(up - down) / max(high - low, 1e-300))
