@@ -202,7 +202,7 @@ def _missing_share(force_n: FloatArray, load_n: FloatArray, cells: Sequence[str]
             "weights_not_all_shown", "warning", ", ".join(cells),
             f"together they show {100 * share:.1f} ± {100 * sd:.1g} % of the weights on the foot, "
             "by the calibration that each was given",
-            "look for a second load path beside the cells, and whether they were weighed in "
+            "look for a second load path parallel to the cells, and whether they were weighed in "
             "the same mounting",
         )
     ]  # fmt: skip
