@@ -322,6 +322,7 @@ def _placements(
         "placement": of(points[0]) if points else Entry(value="point", why="no name of the points"),
         **{f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"},
         "load_n": load_entry(load)[0],
+        **times(file, needed=False)[0],
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
     foot = labels[0].words[0] if labels else "foot"

@@ -126,10 +126,10 @@ def test_numbered_transducers_are_of_the_feet_that_stand(tmp_path: Path, first: 
 def test_weights_of_a_foot_are_those_of_its_placements(tmp_path: Path) -> None:
     """Cells by their columns' names, a trial is a placement: places alone are asked for."""
     holes = [(x, y) for x in (-40, 0, 40) for y in (-20, 0, 20)]
-    rows = [f"{k},{x},{y},1000,{9000 + 7 * k},{8000 + 5 * k},{7000 - 3 * k},{6500 + k}"
-            for k, (x, y) in enumerate(holes) for _ in range(3)]  # fmt: skip
+    rows = [f"{k}.0,{20 * k + i},{x},{y},1000,{900 + 7 * k},{800 + 5 * k},{700 - 3 * k},{650 + k}"
+            for k, (x, y) in enumerate(holes) for i in range(3)]  # fmt: skip
     (tmp_path / "holes.csv").write_text(
-        "\n".join(["trial,x_mm,y_mm,mass_g,s0,s1,s2,s3", *rows]) + "\n"
+        "\n".join(["trial,t_s,x_mm,y_mm,mass_g,s0,s1,s2,s3", *rows]) + "\n"
     )
     rows = [f"s{i},{run},{load},{5000 + 4 * load + 11 * i + run}"
             for run in range(2) for i in range(4) for load in (0, 200, 500, 1000)]  # fmt: skip
@@ -145,4 +145,5 @@ def test_weights_of_a_foot_are_those_of_its_placements(tmp_path: Path) -> None:
     trial = placed.entries["placement"].column
     assert trial is not None
     assert trial.column == "trial"
+    assert placed.entries["time_s"].unit == "s"
     assert [blank.why for blank in placed.blanks] == ["no log says where the cells sit"]
