@@ -94,6 +94,14 @@ def check_exchanged_walking(
     return [_exchanged_finding(first, second, ratio)]
 
 
+def check_balanced(
+    forces_n: FloatArray, names: Sequence[str], arms_m: FloatArray, demanded_n: FloatArray
+) -> list[Finding]:
+    """A cell of reversed sign, else two that are exchanged."""
+    turned = check_turned_balanced(forces_n, names, arms_m, demanded_n)
+    return turned or check_exchanged_walking(forces_n, names, arms_m, demanded_n)
+
+
 def check_turned_balanced(
     forces_n: FloatArray, names: Sequence[str], arms_m: FloatArray, demanded_n: FloatArray
 ) -> list[Finding]:
