@@ -23,6 +23,7 @@ UNIT_TOLERANCE = 0.1
 """Share by which a nameplate may be off beside a unit."""
 DEAD_SHARE = 0.01
 """A cell under a walking robot that moves less than this share of its siblings carries nothing."""
+_MISSING, _MOSTLY = 0.02, 0.5
 TURNED_SHARES = 0.3
 """Known loads turn a cell's share over by all of it; crosstalk and misplaced cells do not."""
 OPEN_SD = 1.645
@@ -164,7 +165,7 @@ def check_shares(
             for cell, s in zip(np.array(cells)[turned].tolist(), share[turned], strict=True)
         ]  # fmt: skip
     if SCALE_RANGE[0] < typical < SCALE_RANGE[1]:
-        return []
+        return _missing_share(force, load, cells) if calibrated else []
     unit = _unit_of_loads(typical)
     cause = (
         f"the loads look noted in {unit}" if unit is not None
@@ -177,6 +178,32 @@ def check_shares(
             f"{cause}",
             "correct the unit of the load column in [columns], or give the calibration of this "
             "foot",
+        )
+    ]  # fmt: skip
+
+
+def _missing_share(force_n: FloatArray, load_n: FloatArray, cells: Sequence[str]) -> list[Finding]:
+    """All cells together show less of the weights than they did one by one.
+
+    ``Σ F_i = a W + b``: a below 1 by 2 % and 5 sd, where it takes most of what the total misses.
+    More than all of it is crosstalk, which the correction of the CoP holds.
+    """
+    total = force_n.sum(axis=1)
+    lever = load_n - load_n.mean()
+    share = float(lever @ total / (lever @ lever))
+    left = total - total.mean() - share * lever
+    sd = float(np.sqrt(left @ left / max(load_n.size - 2, 1) / (lever @ lever)))
+    missed = total - load_n
+    less = 1.0 - share > max(_MISSING, 5.0 * sd)
+    if not less or left @ left > _MOSTLY * float(missed @ missed):
+        return []
+    return [
+        Finding(
+            "weights_not_all_shown", "warning", ", ".join(cells),
+            f"together they show {100 * share:.1f} ± {100 * sd:.1g} % of the weights on the foot, "
+            "by the calibration that each was given",
+            "look for a second load path parallel to the cells, and whether they were weighed in "
+            "the same mounting",
         )
     ]  # fmt: skip
 

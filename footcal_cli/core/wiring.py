@@ -94,6 +94,54 @@ def check_exchanged_walking(
     return [_exchanged_finding(first, second, ratio)]
 
 
+def check_balanced(
+    forces_n: FloatArray, names: Sequence[str], arms_m: FloatArray, demanded_n: FloatArray
+) -> list[Finding]:
+    """A cell of reversed sign, else two that are exchanged."""
+    turned = check_turned_balanced(forces_n, names, arms_m, demanded_n)
+    return turned or check_exchanged_walking(forces_n, names, arms_m, demanded_n)
+
+
+def check_turned_balanced(
+    forces_n: FloatArray, names: Sequence[str], arms_m: FloatArray, demanded_n: FloatArray
+) -> list[Finding]:
+    """Find a cell whose sign is turned: with it turned back the forces balance, zeros free.
+
+    A foot need not be lifted for that, as long as the load moves.
+
+    Parameters
+    ----------
+    forces_n
+        By the calibration to start from, shape (n, c).
+    arms_m, demanded_n
+        As for `check_exchanged_walking`.
+    """
+    count, arms = len(names), arms_m / float(np.abs(arms_m).mean())
+    if len(demanded_n) < BLOCKS + 4 * count:
+        return []
+    design, target = _balance(forces_n, arms, demanded_n)
+    zeros = design[:, count:]
+
+    def left(signs: FloatArray) -> float:
+        rest = target - design[:, :count] @ signs
+        fitted = np.linalg.lstsq(zeros, rest, rcond=1e-9)[0]
+        return float(np.sqrt(np.mean((rest - zeros @ fitted) ** 2)))
+
+    given = left(np.ones(count))
+    tried = sorted((left(np.where(np.arange(count) == k, -1.0, 1.0)), k) for k in range(count))
+    (best, at), others = tried[0], tried[1:]
+    if best > MUCH_BETTER * given or (others and best > CLEARLY * others[0][0]):
+        return []
+    return [
+        Finding(
+            "turned_sign", "alarm", names[at],
+            "the channel reads less where it carries more: with its sign reversed the error of the "
+            f"balance falls to {100 * best / given:.0f} %",
+            "check the sign of its scale and the wires of its bridge",
+        )
+    ]  # fmt: skip
+
+
 def _left_out(readings: FloatArray, arms: FloatArray, load_n: FloatArray) -> FloatArray:
     """Squared error of the balance in each block of rows by the fit of all others, (`BLOCKS`,)."""
     design, target = _balance(readings, arms, load_n)

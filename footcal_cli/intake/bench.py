@@ -128,7 +128,7 @@ def records_of_rows(tables: Sequence[Table], bits: int) -> list[BenchRecord]:
 
 def records_of_streams(tables: Sequence[Table], channels: Sequence[str]) -> list[BenchRecord]:
     """Running recordings with one column per channel; a file may go on with the one before it."""
-    session = _continued(tables, sessions_of(tables))
+    session = _continued(tables, sessions_of(tables, pauses=True))
     columns = {
         name: _joined([table.optional(name) for table in tables])
         for name in ("time_s", "load_n", "temperature_degc")
@@ -353,7 +353,7 @@ def read_placements(
         # nameplate scale, common zero: what a foot reads before anyone calibrates it
         before = None if nominal is None else replace(rows, forces_n=nominal * (counts - zero))
         names = np.concatenate([table.text("placement") for table in tables])[at]
-        found[str(foot)] = PlacementLog(rows, names, before)
+        found[str(foot)] = PlacementLog(rows, _named_by_place(names.astype(str), hole), before)
     return found
 
 

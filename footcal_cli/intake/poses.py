@@ -131,7 +131,10 @@ def raw_poses(
     rejected |= frames.rejected
     if len(frames.keys) == 0:
         why = ", ".join(f"{n} × {reason}" for reason, n in rejected.items())
-        raise DataError(f"no usable pose ({why or 'no rows'})", remedy="stand still longer")
+        raise DataError(
+            f"no usable pose ({why or 'no rows'})",
+            remedy="record every leg in each pose; of a stream, stand still longer",
+        )
     log = pose_log(
         geometry,
         frames,
@@ -181,9 +184,9 @@ def _poses_left_out(tables: Sequence[Table], frames: Frames) -> list[Finding]:
     return [
         Finding(
             "poses_left_out", "note", tables[0].path.name,
-            "a leg is missing, there twice, or not a number; left out: "
+            "a leg is missing, there more often than another, or not a number; left out: "
             f"{', '.join(chosen)}{more}",
-            "record every leg once per pose",
+            "record every leg equally often in each pose",
         )
     ]  # fmt: skip
 

@@ -25,7 +25,7 @@ from footcal_cli.core.plausibility import check_total_force, check_walking_cells
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import interpolate_slow
 from footcal_cli.core.spatial import rotation_of_rpy
-from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
+from footcal_cli.core.wiring import check_balanced, check_channels_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.continued import with_parts_joined
@@ -277,7 +277,7 @@ def _zeros(merged: Merged, forces_n: FloatArray) -> list[Finding]:
 
 
 def _exchanged(log: Log, belief: Belief) -> list[Finding]:
-    """Cells whose plugs are exchanged, by the CoP that the motion demands."""
+    """Cells of turned sign, or whose plugs are exchanged, by the CoP that the motion demands."""
     reference = reference_of(log)
     arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
     known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
@@ -288,7 +288,7 @@ def _exchanged(log: Log, belief: Belief) -> list[Finding]:
     rows = _unhurried(log, reference.cop_m, rows)
     rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
     forces = belief.forces(log.readings[rows])
-    return check_exchanged_walking(forces, log.channels, arms[rows], reference.fz_n[rows])
+    return check_balanced(forces, log.channels, arms[rows], reference.fz_n[rows])
 
 
 def _unhurried(log: Log, cop_m: FloatArray, rows: IntArray) -> IntArray:

@@ -34,7 +34,7 @@ def inadequate(fits: Sequence[AffineFit], tolerance_n: float) -> list[AffineFit]
         fit
         for fit in fits
         if fit.worst_n > tolerance_n
-        or (fit.lack_of_fit is not None and fit.lack_of_fit.p < LACK_OF_FIT_ALPHA)
+        or (fit.lack_of_fit is not None and fit.lack_of_fit.p < LACK_OF_FIT_ALPHA / len(fits))
     ]
     return sorted(bad, key=lambda fit: -fit.worst_n)
 

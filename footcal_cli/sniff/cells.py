@@ -27,6 +27,10 @@ NAMEPLATE = Blank(
     ("# [robot.nameplate]", "# scale_n_per_count =    # by the data sheet; zero_counts too"),
     "nothing says how many newtons a count is; or give --parameters of a bench calibration",
 )
+WEIGHTS = Blank(
+    ("# weights = […]    # in [data]: each cell under known weights",),
+    "placements need calibrated cells: their weights too, or --parameters",
+)
 
 
 def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = False) -> Plan:

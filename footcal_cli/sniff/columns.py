@@ -173,7 +173,8 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     if raw.kind == "truth" or not np.isfinite(values).any():
         name = replace(name, quantity="other")
         return ColumnGuess(column, name, None, "likely", "empty, or true and false", values)
-    if name.quantity in ("label", "orientation", "placement") and raw.values.dtype.kind == "f":
+    numbered = np.array_equal(values, np.round(values), equal_nan=True)
+    if name.quantity in ("label", "orientation", "placement") and not numbered:
         name = replace(name, quantity="reading")
     sure: Sure = "guess" if name.quantity == "unknown" else "likely"
     made = _where_read(ColumnGuess(column, name, unit, sure, said, values))

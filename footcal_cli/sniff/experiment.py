@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.cells import UNNAMED, WEIGHTS, cells_in_time, said_to_be_cells, toml_key
 from footcal_cli.sniff.feet_weighed import in_kilograms, in_said_unit, on_a_plate
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of, seconds_of
@@ -298,17 +299,30 @@ def _cop_points(
     )  # fmt: skip
 
 
+def _one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:
+    """Whether rows of one name or number are of one hole (n, 2), and the holes several."""
+    named = column.values if column.codes is None else column.codes
+    _, first, group = np.unique(
+        numbers_of(column) if named is None else named, return_index=True, return_inverse=True
+    )
+    return first.size > 1 and np.array_equal(hole_m[first][group.ravel()], hole_m)
+
+
 def _placements(
     file: FileGuess, holes: dict[str, ColumnGuess], load: ColumnGuess, cells: list[ColumnGuess]
 ) -> Plan:
     named = channel_names(cells)
     labels = [c for c in file.of("label") if c.words]
-    points = file.of("placement")
+    points = [
+        column for column in file.of("placement", "sequence", "repeat")
+        if _one_place_each(column, np.stack([numbers_of(holes[a]) for a in "xy"], axis=1))
+    ]  # fmt: skip
     entries = {
         "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
         "placement": of(points[0]) if points else Entry(value="point", why="no name of the points"),
         **{f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"},
         "load_n": load_entry(load)[0],
+        **times(file, needed=False)[0],
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
     foot = labels[0].words[0] if labels else "foot"
@@ -316,11 +330,6 @@ def _placements(
              *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
     return Plan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
-        "offline-fit", "placements", entries,
-        blanks=(
-            *load_entry(load)[1],
-            Blank(lines, "no log says where the cells sit"),
-            Blank(("# weights = […]    # in [data]: each cell under known weights",),
-                  "placements need calibrated cells: their weights too, or --parameters"),
-        ),
+        "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
+        blanks=(*load_entry(load)[1], Blank(lines, "no log says where the cells sit"), WEIGHTS),
     )  # fmt: skip

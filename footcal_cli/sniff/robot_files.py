@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from footcal_cli.sniff.cells import NAMEPLATE, cells_in_time
+from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import without_unit
@@ -66,14 +66,16 @@ def with_bodies(
 def with_one_name(
     parts: Sequence[Part], others: Sequence[FileGuess]
 ) -> tuple[list[Part], list[FileGuess]]:
-    """Weights whose cells are called as the columns of a walk are, under the walk's names."""
+    """Weights whose cells are called as the columns of a walk or foot, under their names there."""
     cells: dict[str, str] = {}
     for part in parts:
         if part.plan.role != "weights":
+            foot = part.plan.entries.get("foot")
+            before = f"{foot.value}_" if foot is not None and foot.value else ""
             for name, entry in part.plan.entries.items():
                 if name.endswith("_counts") and entry.column is not None:
-                    cells[entry.column.column] = name.removesuffix("_counts")
-                    cells[without_unit(entry.column.column)] = name.removesuffix("_counts")
+                    cell = before + name.removesuffix("_counts")
+                    cells[entry.column.column] = cells[without_unit(entry.column.column)] = cell
     renamed = [replace(part, plan=_renamed(part.plan, cells)) for part in parts]
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
     return [replace(p, plan=_weighed(p.plan, weighed)) for p in renamed], list(others)
@@ -83,17 +85,27 @@ def _weighed(plan: Plan, weighed: set[str]) -> Plan:
     """A plan for cells whose newtons per count the weights of the same log say."""
     if not plan.channels or not set(plan.channels) <= weighed:
         return plan
-    return replace(plan, blanks=tuple(blank for blank in plan.blanks if blank != NAMEPLATE))
+    kept = tuple(blank for blank in plan.blanks if blank not in (NAMEPLATE, WEIGHTS))
+    return replace(plan, blanks=kept)
 
 
 def _renamed(plan: Plan, cells: Mapping[str, str]) -> Plan:
     """A plan for weights with the cells' texts under the given names, if each has one."""
     channel = plan.entries.get("channel")
-    same = all(cells.get(name) == name for name in plan.channels)
-    if plan.role != "weights" or channel is None or channel.column is None or same:
+    given = {name: cells.get(_column(plan, name), cells.get(name)) for name in plan.channels}
+    renamed = {name: cell for name, cell in given.items() if cell is not None}
+    if plan.role != "weights" or len(renamed) < len(given) or all(n == c for n, c in given.items()):
         return plan
-    if not set(plan.channels) <= set(cells):
+    if plan.wide_into == "channel" and set(plan.wide) == set(given):
+        wide = {renamed[name]: own for name, own in plan.wide.items()}
+        return replace(plan, wide=wide, channels=tuple(renamed.values()))
+    if channel is None or channel.column is None:
         return plan
-    names = {text: cells[text] for text in plan.channels}
-    entries = {**plan.entries, "channel": replace(channel, names=names)}
-    return replace(plan, entries=entries, channels=tuple(names.values()))
+    entries = {**plan.entries, "channel": replace(channel, names=renamed)}
+    return replace(plan, entries=entries, channels=tuple(renamed.values()))
+
+
+def _column(plan: Plan, channel: str) -> str:
+    """The column that holds a channel's readings, where each has its own."""
+    read = plan.wide.get(channel, {}).get("counts")
+    return read.column.column if read is not None and read.column is not None else channel

@@ -184,6 +184,7 @@ def test_placements_with_a_cell_of_turned_sign(cell: str) -> None:
     [
         (1.0, (1, 1, 1, 1), []),
         (1.0, (1, -1, 1, 1), ["turned_sign"]),
+        (1.07, (1, 1, 1, 1), ["weights_not_all_shown"]),
         (1.0 / G, (1, 1, 1, 1), ["loads_off_calibration"]),
         (1.0 / 4.448222, (1, 1, 1, 1), ["loads_off_calibration"]),
         (-1.0, (1, 1, 1, 1), ["loads_off_calibration"]),

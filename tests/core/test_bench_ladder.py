@@ -313,3 +313,14 @@ def test_few_rows_stay_affine() -> None:
     assert study.model == "affine"
     found = study.predict(rows)
     assert np.all(np.abs(found.load_n - rows.load_n) < 5 * found.sd_n)
+
+
+def test_a_wrong_weight_is_no_loop() -> None:
+    """One weight 6 % lighter than it says: a line misses it, and so does every other model."""
+    stairs = Staircase()
+    one = record(stairs, 3)
+    loads = np.unique(one.load_n)
+    said = np.where(np.isclose(one.load_n, loads[len(loads) // 2]), one.load_n * 1.06, one.load_n)
+    ladder = climb(replace(one, load_n=said))
+    assert ladder.model == "affine"
+    assert not any(row.climbed for row in ladder.rows[1:])

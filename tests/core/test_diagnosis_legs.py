@@ -19,6 +19,7 @@ from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.signatures import calibration_columns
+from footcal_cli.core.log import Log
 from footcal_cli.intake.cases.pose import pose_blocks
 from tests.core.leg_cases import (
     FAMILIES,
@@ -73,6 +74,26 @@ def test_levels_of_one_leg_that_drift_are_a_residual_whatever_law_takes_them_up(
 
     assert times(0.0) < 2.5
     assert times(2e-3) > MOST
+
+
+def test_spells_of_one_leg_are_a_residual_however_large_they_make_its_noise() -> None:
+    """3 N in a tenth of the rows: the noise of most of them is 0.04 N."""
+    logs = hung_logs(5, *distorting("", "", {}))
+    rng = np.random.default_rng(6)
+
+    def with_spells(log: Log, size_n: float) -> Log:
+        readings = log.readings.copy()
+        readings[rng.random(len(log)) < 0.1, 2] += size_n
+        return log.with_readings(readings)
+
+    def times(size_n: float) -> float:
+        fl = [with_spells(log, size_n) for log in logs["fl"]]
+        case = hang_case({**logs, "fl": fl}, tolerance_n=0.05)
+        rows = rows_of(case)
+        return times_floor(case, rows, problem_from(case, rows, (), describe))
+
+    assert times(0.0) < 2.5
+    assert times(3.0) > MOST
 
 
 def test_an_effect_does_not_free_what_poses_cannot_calibrate() -> None:

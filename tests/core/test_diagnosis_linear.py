@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.inference.linear import (
+    about_usual,
     least_squares,
     left_by,
     orthonormal,
@@ -75,3 +76,21 @@ def test_a_basis_is_found_where_divide_and_conquer_does_not_converge(
     monkeypatch.setattr(np.linalg, "svd", failing)
     basis = orthonormal(basis_of(), 1e-8)
     np.testing.assert_allclose(basis @ basis.T, expected @ expected.T, atol=1e-10)
+
+
+def test_coefficients_of_a_usual_size_are_the_posterior_mean() -> None:
+    """``(DᵀD / σ² + U⁻²)⁻¹ Dᵀt / σ²``, σ² of the residual; what nothing shows keeps its sd."""
+    rng = np.random.default_rng(4)
+    design = rng.standard_normal((30, 3)) * np.array([1.0, 10.0, 1e-9])
+    target, usual = rng.standard_normal((30, 2)), np.array([0.1, 0.2, 0.3])
+    found, loose = about_usual(design, target, usual)
+    rest = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
+    noise = np.sum(rest**2) / (2 * 27)
+    precision = design.T @ design / noise + np.diag(usual**-2.0)
+    expected = np.linalg.solve(precision, design.T @ target / noise)
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-12)
+    covariance = np.linalg.inv(precision)
+    np.testing.assert_allclose(
+        loose, covariance @ np.diag(usual**-2.0) @ covariance, rtol=1e-6, atol=1e-12
+    )
+    assert np.sqrt(loose[2, 2]) == pytest.approx(0.3)

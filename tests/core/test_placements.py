@@ -322,3 +322,34 @@ def test_no_correction_depends_on_the_foot_frame(ridge: float) -> None:
         back = (there - shift) @ rot
         size = float(np.sqrt(np.nanmean(correction**2)))
         assert np.nanmax(np.abs(back - here)) < 1e-7 * max(size, 1e-4), model.name
+
+
+def rigid_sole(drift_n: float, seed: int, rounds: int = 4) -> PlacementRows:
+    """A stiff plate on four equal springs, read in rounds; the first cell drifts on the way."""
+    rng = np.random.default_rng(seed)
+    holes = np.array([[x, y] for x in (-0.03, 0.0, 0.03) for y in (-0.02, 0.0, 0.02)])
+    hole = np.concatenate([rng.permutation(holes) for _ in range(rounds)])
+    load = np.where(np.arange(len(hole)) // len(holes) % 2, 10.0, 30.0)
+    apart = CELL_POS - CELL_POS.mean(axis=0)
+    lever = (hole - CELL_POS.mean(axis=0)) @ np.linalg.inv(apart.T @ apart) @ apart.T
+    forces = load[:, None] * (0.25 + lever) + rng.normal(scale=0.01, size=(len(hole), 4))
+    forces[:, 0] += drift_n * np.linspace(0.0, 1.0, len(hole))
+    return PlacementRows(CELLS, forces, CELL_POS, hole, load, holes_of(hole))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_drift_under_a_rigid_sole_is_no_crosstalk(seed: int) -> None:
+    """Four forces of three unknowns: the fourth shows the drift, and shares can take it away."""
+    found = study_cop(rigid_sole(0.9, seed)).chosen
+    assert not found.fit.model.physical
+    assert found.fit.is_of_the_foot(CELL_POS)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_a_rigid_sole_does_not_show_stays_as_it_was(seed: int) -> None:
+    """Shares of 1 and the drawing's places are true; their combination that nothing moves too."""
+    rows = rigid_sole(0.0, seed)
+    found = study_cop(rows)[CROSSTALK.name].parameters
+    assert found is not None
+    assert np.all(np.abs(found.values) < 4.0 * found.sd)
+    assert np.all(np.abs(found.values[: 2 * len(CELLS)]) < 0.01)

@@ -21,6 +21,16 @@ def test_frames_keep_the_order_of_legs_and_drop_what_is_not_whole() -> None:
     assert (frames.incomplete, frames.broken) == (2, 1)
 
 
+def test_several_readings_of_every_leg_in_a_pose_become_their_median() -> None:
+    key = np.array([1, 1, 1, 1, 1, 1, 2, 2, 2])
+    leg = np.array(["a", "b", "a", "b", "a", "b", "a", "b", "b"])
+    value = np.array([1.0, 10.0, 2.0, np.nan, 90.0, 12.0, 5.0, 6.0, 7.0])
+    frames = frames_of(key, leg, ("a", "b"), {"value": value})
+    np.testing.assert_array_equal(frames.keys, [1])
+    np.testing.assert_array_equal(frames.columns["value"], [[2.0, 11.0]])
+    assert frames.incomplete == 1
+
+
 def test_frames_ignore_other_legs_and_allow_named_gaps() -> None:
     key = np.array([1, 1, 1])
     leg = np.array(["a", "b", "tail"])

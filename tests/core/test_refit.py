@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.inference.freed import Freed, around
 from footcal_cli.core.inference.refit import _Step
 from footcal_cli.core.parameters import FloatArray
 
@@ -35,3 +37,13 @@ def test_the_length_of_a_step_is_in_standard_errors() -> None:
     assert one.length() == pytest.approx(5.0)
     assert one.furthest() == pytest.approx(4.0)
     assert one.length(_Step(one.size, 2.0 * SPREAD, one.free)) == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("value", [0.05, 4.0, 200.0, 201.0, 400.0])
+def test_a_derivative_has_two_ends_wherever_a_shape_stands(value: float) -> None:
+    """A dead zone of 0.4 of a load of 502 N ended with a division by nothing."""
+    width = next(p for p in TABLE["dead_zone"].parameters if p.name == "dead_zone_width")
+    low, high = around(value, Freed("cell.dead_zone_width", width, 0.08, named=False))
+    assert 0.08 - 1e-9 < high - low < 0.16 + 1e-9
+    assert low <= value <= high
+    assert low >= width.lower

@@ -113,6 +113,18 @@ def lack(fit: AffineFit) -> float:
     return fit.lack_of_fit.p
 
 
+def test_readings_of_a_load_that_lies_still_are_one() -> None:
+    """Ten readings share the seat's error: the level of the test is that of 18 placings."""
+    found = []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        load = np.repeat(np.tile([0.0, 10.0, 20.0, 30.0, 20.0, 10.0], 3), 10)
+        seat = np.repeat(rng.normal(scale=0.05, size=18), 10)
+        counts = 1000.0 * (load + seat + rng.normal(scale=0.01, size=load.size))
+        found.append(lack(fit_affine("cell", load, counts)))
+    assert np.mean(np.array(found) < 0.05) < 0.12
+
+
 def test_single_readings_have_no_lack_of_fit_test() -> None:
     assert fit_affine("c", *bench(0, repeats=1)).lack_of_fit is None
 

@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.wiring import check_channels_walking, check_exchanged_walking
+from footcal_cli.core.wiring import (
+    check_channels_walking,
+    check_exchanged_walking,
+    check_turned_balanced,
+)
 
 NAMES = tuple(f"{foot}_{cell}" for foot in ("left", "right") for cell in ("fl", "fr", "rl", "rr"))
 WEIGHT_N, RATE_HZ, SECONDS = 60.0, 50.0, 30.0
@@ -39,6 +43,24 @@ def test_cells_in_order_are_left_alone() -> None:
         total = forces.sum(axis=1)
         assert not check_channels_walking(time_s, forces, NAMES)
         assert not check_exchanged_walking(forces, NAMES, arms, total)
+
+
+def test_a_cell_of_turned_sign_is_found_and_no_other_fault_is_one() -> None:
+    for seed, cell in enumerate([0, 3, 5]):
+        _, forces, arms = steps(seed)
+        total = forces.sum(axis=1)
+        assert not check_turned_balanced(forces, NAMES, arms, total)
+        turned = np.where(np.arange(8) == cell, 3.0 - forces, forces)
+        (finding,) = check_turned_balanced(turned, NAMES, arms, total)
+        assert (finding.code, finding.severity, finding.where) == (
+            "turned_sign", "alarm", NAMES[cell],
+        )  # fmt: skip
+        for factor in (0.0, 0.5, 1.5):  # dead, or of another gain
+            other = np.where(np.arange(8) == cell, factor * forces, forces)
+            assert not check_turned_balanced(other, NAMES, arms, total)
+        order = np.arange(8)
+        order[[cell, 7]] = 7, cell
+        assert not check_turned_balanced(forces[:, order], NAMES, arms, total)
 
 
 def test_exchanged_cells_are_found() -> None:

@@ -121,3 +121,29 @@ def test_numbered_transducers_are_of_the_feet_that_stand(tmp_path: Path, first: 
     assert plan.mounting.startswith("transducer_rotation_rpy_rad = [-3.141593, 0, 0]")
     assert len(plan.feet) == 2
     assert not any("body = " in line for blank in plan.blanks for line in blank.lines)
+
+
+def test_weights_of_a_foot_are_those_of_its_placements(tmp_path: Path) -> None:
+    """Cells by their columns' names, a trial is a placement: places alone are asked for."""
+    holes = [(x, y) for x in (-40, 0, 40) for y in (-20, 0, 20)]
+    rows = [f"{k}.0,{20 * k + i},{x},{y},1000,{900 + 7 * k},{800 + 5 * k},{700 - 3 * k},{650 + k}"
+            for k, (x, y) in enumerate(holes) for i in range(3)]  # fmt: skip
+    (tmp_path / "holes.csv").write_text(
+        "\n".join(["trial,t_s,x_mm,y_mm,mass_g,s0,s1,s2,s3", *rows]) + "\n"
+    )
+    rows = [f"s{i},{run},{load},{5000 + 4 * load + 11 * i + run}"
+            for run in range(2) for i in range(4) for load in (0, 200, 500, 1000)]  # fmt: skip
+    (tmp_path / "weights.csv").write_text("\n".join(["sensor,run,mass_g,raw", *rows]) + "\n")
+    parts, others = parts_of([guess_file(tmp_path / n) for n in ("holes.csv", "weights.csv")])
+    assert not others
+    plans = {part.plan.role: part.plan for part in parts}
+    placed, weighed = plans["placements"], plans["weights"]
+    assert placed.channels == weighed.channels
+    assert weighed.entries["channel"].names == dict(
+        zip(("s0", "s1", "s2", "s3"), placed.channels, strict=True)
+    )
+    trial = placed.entries["placement"].column
+    assert trial is not None
+    assert trial.column == "trial"
+    assert placed.entries["time_s"].unit == "s"
+    assert [blank.why for blank in placed.blanks] == ["no log says where the cells sit"]

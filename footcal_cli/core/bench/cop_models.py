@@ -9,17 +9,24 @@ the cell's effective position is ``q_i / s_i``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from footcal_cli.core.bench.placement_rows import PlacementRows
-from footcal_cli.core.inference.linear import rank_of
+from footcal_cli.core.inference.linear import about_usual, rank_of
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import FitError
 
 TERMS = {"none": 0, "affine": 3, "quadratic": 6, "full": 6}
 """Polynomial terms of the empirical corrections in the order 1, x, y, x², xy, y²."""
+
+USUAL_SHARE = 0.05
+"""Sd of what a cell passes on beyond its reading, and of its place as a share of the foot's size:
+the cells of a rigid sole move together, and what differs from that is noise alone."""
+_MOST_SHARE = 0.25
+"""A cell that passes on a quarter more or less than it reads, or that sits a quarter of the foot's
+size elsewhere, is no calibrated cell where the drawing has it: the model found something else."""
 
 
 @dataclass(frozen=True)
@@ -84,13 +91,16 @@ class CopFit:
         Empirical: coefficients of the standardised features, shape (k, 2). Physical: shape
         (c + 1, 3), what each cell (last row: the offset) adds to load, load·x, load·y.
     origin_m
-        From where the polynomial counts x and y: the middle of the cells, shape (2,).
+        The middle of the cells, from where the polynomial counts x and y, shape (2,).
     centre, width
         Standardisation of the empirical features, shape (k,); one width for all of a degree.
     ridge
         Penalty on the standardised coefficients other than the constant's.
     rank, condition
         Of the standardised design (physical: of the forces).
+    loose
+        Physical: covariance of the weights that their usual sizes leave, of load, load·x and
+        load·y, shape (3, c + 1, c + 1).
     """
 
     model: CopModel
@@ -101,6 +111,28 @@ class CopFit:
     ridge: float
     rank: int
     condition: float
+    loose: FloatArray = field(default_factory=lambda: np.zeros((3, 0, 0)))
+
+    def is_of_the_foot(self, cell_pos_m: FloatArray) -> bool:
+        """Whether shares and places are those of cells, not of what else moves their readings."""
+        if not self.model.physical:
+            return True
+        off = self.weights[:-1] - np.column_stack([np.ones(len(cell_pos_m)), cell_pos_m])
+        off = np.abs(off - off[:, :1] * np.array([0.0, *self.origin_m]))
+        return bool(np.all(off < _MOST_SHARE * np.array([1.0, *[_extent_m(cell_pos_m)] * 2])))
+
+    def moved_within_usual(self) -> list[CopFit]:
+        """The fit with its weights moved by one sd along each direction of `loose`."""
+        moved = []
+        for column, covariance in enumerate(self.loose):
+            size, direction = np.linalg.eigh(covariance)
+            for sd, along in zip(np.sqrt(np.maximum(size, 0.0)), direction.T, strict=True):
+                weights = self.weights.copy()
+                weights[:, column] += sd * along
+                if column == 0:  # arms are counted from the origin of the frame
+                    weights[:, 1:] += np.outer(sd * along, self.origin_m)
+                moved.append(replace(self, weights=weights))
+        return moved
 
     def cop_m(self, rows: PlacementRows) -> FloatArray:
         """Corrected CoP, shape (n, 2); NaN where the total force is too small."""
@@ -289,27 +321,27 @@ def _fit_physical(model: CopModel, rows: PlacementRows) -> CopFit:
         load = rows.load_n
     forces, load, hole = rows.forces_n[loaded], load[loaded], rows.hole_m[loaded]
     cells = forces.shape[1]
-    weights = np.zeros((cells + 1, 3))
+    middle = rows.cell_pos_m.mean(axis=0)
+    weights, loose = np.zeros((cells + 1, 3)), np.zeros((3, cells + 1, cells + 1))
     weights[:cells, 0] = 1.0
+    weights[:cells, 1:] = rows.cell_pos_m - middle
     design = _with_offset(forces) if model.with_bias else forces
     count = design.shape[1]
-    if model.with_forces:
-        prior = weights[:count, 0]
-        weights[:count, 0] = prior + _lstsq(design, load - design @ prior)
-        moment = load[:, None] * hole
-    else:
-        moment = forces.sum(axis=1)[:, None] * hole
-    arms = np.zeros((count, 2))
-    arms[:cells] = rows.cell_pos_m
-    weights[:count, 1:] = arms + _lstsq(design, moment - design @ arms)
+    carried = load if model.with_forces else forces.sum(axis=1)
+    rest = np.column_stack([load, carried[:, None] * (hole - middle)]) - design @ weights[:count]
+    free = np.full(count - cells, float(np.abs(forces).max()))
+    usual = np.concatenate([np.full(cells, USUAL_SHARE), free])
+    for size, columns in ((1.0, slice(0, 1)), (_extent_m(rows.cell_pos_m), slice(1, 3))):
+        if model.with_forces or columns.start:
+            found, spread = about_usual(design, rest[:, columns], size * usual)
+            weights[:count, columns] += found
+            loose[columns, :count, :count] = spread
+    weights[:, 1:] += weights[:, :1] * middle
     singular = np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)
     rank, condition = rank_of(singular, design.shape)
-    return CopFit(model, weights, np.zeros(2), np.zeros(0), np.zeros(0), 0.0, rank, condition)
+    return CopFit(model, weights, middle, np.zeros(0), np.zeros(0), 0.0, rank, condition, loose)
 
 
-def _lstsq(design: FloatArray, target: FloatArray) -> FloatArray:
-    """Least squares with columns scaled to unit length; the smallest solution where rank lacks."""
-    norms = np.linalg.norm(design, axis=0)
-    norms = np.where(norms > 0, norms, 1.0)
-    found = np.linalg.lstsq(design / norms, target, rcond=None)[0]
-    return np.asarray((found.T / norms).T)
+def _extent_m(cell_pos_m: FloatArray) -> float:
+    """How far the cells sit from their middle, root mean square."""
+    return float(np.sqrt(np.mean(np.sum((cell_pos_m - cell_pos_m.mean(axis=0)) ** 2, axis=1))))

@@ -216,8 +216,11 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> Cop
     cost = [float(model.coefficients(cells)) for model in tried]
     order = np.argsort(cost, kind="stable")
     results = tuple(results[i] for i in order)
-    choice = choose(_joint_errors(results), sorted(cost))
-    physical, empirical = _best(results, physical=True), _best(results, physical=False)
+    usable = [i for i, r in enumerate(results) if r.fit.is_of_the_foot(rows.cell_pos_m)]
+    errors = _joint_errors(results)
+    picked = choose([errors[i] for i in usable], [sorted(cost)[i] for i in usable])
+    choice = Choice(usable[picked.chosen], usable[picked.best])
+    physical, empirical = (_best(results, usable, physical=p) for p in (True, False))
     cop_gain = force_gain = (0.0, 0.0)
     if physical is not None and empirical is not None:
         one, other = results[empirical], results[physical]
@@ -248,9 +251,9 @@ def _joint_errors(results: tuple[CopResult, ...]) -> list[HeldOut]:
     ]
 
 
-def _best(results: tuple[CopResult, ...], *, physical: bool) -> int | None:
+def _best(results: tuple[CopResult, ...], usable: list[int], *, physical: bool) -> int | None:
     """Position of the smallest CoP error among the physical or the empirical models."""
-    at = [i for i, result in enumerate(results) if result.fit.model.physical is physical]
+    at = [i for i in usable if results[i].fit.model.physical is physical]
     return min(at, key=lambda i: results[i].left_out.mse_by_group().mean()) if at else None
 
 
@@ -313,7 +316,10 @@ def _scatter(error: FloatArray, total_n: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Estimates:
-    """Cell corrections (and crosstalk) with delete-one-placement jackknife covariance."""
+    """Cell corrections (and crosstalk), and their covariance.
+
+    The jackknife over placements, and what the usual sizes of cells say where placements do not.
+    """
 
     def read(one: CopFit) -> FloatArray:
         corrections = one.corrections_m(rows.cell_pos_m).ravel()
@@ -328,6 +334,7 @@ def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Est
         units += ["-"] * len(rows.cells)
     table = np.array([read(one) for one in replicas])
     rest = table - table.mean(axis=0)
-    covariance = (len(table) - 1) / len(table) * rest.T @ rest
+    loose = np.array([read(one) for one in fit.moved_within_usual()]) - read(fit)
+    covariance = (len(table) - 1) / len(table) * rest.T @ rest + loose.T @ loose
     status = (Status.ESTIMATED,) * len(names)
     return Estimates(tuple(names), tuple(units), read(fit), covariance, status)

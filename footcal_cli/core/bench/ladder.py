@@ -8,7 +8,7 @@ groups better than staying does; then the remaining rungs are tried on top of it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,8 @@ Shared out over the rungs tried on top of a model and the cells of a bench (Bonf
 of ten is not one of ten.
 """
 _MOST_STEPS = 3
+_LEAST_EXPLAINED = 0.5
+_OF_ANOTHER = "leaves most of what the line misses: it is the form of something else"
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,11 @@ def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None, cells: int
         here, here_out = step.fit, step.errors
         taken.append(step.rung)
         left = [other for other in left if not _same_family(other, step.rung)]
+    if taken and not _explains(record, affine, rows[0].held_out_rmse_n, here_out.rmse):
+        here, here_out, taken, rivals = affine, held_out_error(record, affine), [], ()
+        rows[1:] = [
+            replace(row, climbed=False, why=_OF_ANOTHER) if row.climbed else row for row in rows[1:]
+        ]
     return Ladder(
         channel=record.channel,
         rows=tuple(rows),
@@ -216,6 +223,22 @@ def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None, cells: int
         by_session=bool(np.unique(record.session).size >= 3),
         held_out=here_out,
     )
+
+
+def _explains(record: BenchRecord, affine: ChannelFit, before_n: float, after_n: float) -> bool:
+    """Whether a model explains enough of what the line misses beyond how loads repeat.
+
+    ``e₀² − e² ≥ h (e₀² − s²)`` with the errors on left-out groups of the line and the model, and s
+    the scatter of the readings of one load. What is left then is no noise, and the little that the
+    model takes of it is another cause in its clothes: a wrong weight looks a little like a loop.
+    """
+    load = record.load_n[record.known]
+    _, at = np.unique(load, return_inverse=True)
+    error = affine.predict(record).load_n[record.known] - load
+    count = np.bincount(at)
+    apart = error - (np.bincount(at, error) / count)[at]
+    scatter = float(apart @ apart) / max(load.size - count.size, 1)
+    return before_n**2 - after_n**2 >= _LEAST_EXPLAINED * (before_n**2 - scatter)
 
 
 def _predicts_better(one: HeldOut, other: HeldOut) -> bool:

@@ -256,8 +256,16 @@ def _repeat_sd(load_n: FloatArray, counts: FloatArray) -> FloatArray:
 
 
 def _lack_of_fit(load_n: FloatArray, counts: FloatArray) -> LackOfFit | None:
-    """F-test with the reading as response: its scatter at one load is the pure error."""
+    """F-test with the reading as response: its scatter at one load is the pure error.
+
+    Where loads were put on several times, each time counts once: readings of a load that lies still
+    share what its seat and slow noise do, and differ by less than loads do.
+    """
     levels = np.unique(load_n)
+    new = np.diff(load_n, prepend=np.nan) != 0.0
+    if new.sum() > levels.size + 1:
+        hold = np.cumsum(new) - 1
+        counts, load_n = np.bincount(hold, counts) / np.bincount(hold), load_n[new]
     dof_model, dof_pure = levels.size - 2, load_n.size - levels.size
     if dof_model < 1 or dof_pure < 1:
         return None

@@ -19,6 +19,9 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 _RCOND = 1e-12
 MOST = 5.0
 """So many times the floor is no residual of nothing."""
+_MOST_ROWS, _NORMAL = 0.9, float(stats.norm.isf(0.05))
+"""Share of differences that spells leave alone, and what they are of a normal variable's sd: not
+the half, in which coarse readings stand still."""
 _MOST_OF_LEVELS = 3.0
 """Likewise of levels, in which the noise of single rows has averaged out."""
 
@@ -33,7 +36,10 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     all the same.
     """
     unit = np.maximum(_mean(problem.noise, problem.output, len(problem.outputs)), 1e-300)
-    noise = problem.law.whitener.sd[problem.output] ** 2
+    sd = problem.law.whitener.sd
+    if problem.settings is not None:
+        sd = np.minimum(sd, _sd_of_most(problem, rows) / unit)
+    noise = sd[problem.output] ** 2
     with np.errstate(over="ignore"):  # an output without noise has no floor
         allowed = ((problem.tolerance / unit) ** 2)[problem.output]
     left = problem.residual
@@ -60,6 +66,22 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
         levels = np.sqrt(_mean(mean**2, whose) / np.maximum(_mean(floor, whose), 1e-300))
         times = np.maximum(times, levels * MOST / _MOST_OF_LEVELS)
     return float(times.max(initial=0.0))
+
+
+def _sd_of_most(problem: Problem, rows: Rows) -> FloatArray:
+    """Sd of single rows of each output, as most rows of a block differ from the next, (outputs,).
+
+    What comes in spells makes the law of the noise as large as itself. Infinite without such rows.
+    """
+    sensor = rows.log * len(problem.outputs) + problem.output
+    order = np.lexsort((np.arange(sensor.size), problem.block, sensor))
+    next_to = np.diff(np.stack([sensor, problem.block])[:, order], axis=1)
+    size = np.abs(np.diff((problem.residual * problem.noise)[order]))[~next_to.any(axis=0)]
+    output = problem.output[order][1:][~next_to.any(axis=0)]
+    found = np.full(len(problem.outputs), np.inf)
+    for o in np.unique(output):
+        found[o] = np.quantile(size[output == o], _MOST_ROWS) / (_NORMAL * np.sqrt(2.0))
+    return found
 
 
 def _times_of_stances(problem: Problem) -> float:

@@ -54,6 +54,8 @@ class Jump:
         Sum of squares of means of blocks about a line with this step.
     share
         Of the squares of that output's means without the step, what it explains.
+    matters
+        Whether a calibration that stands in its middle is off by what matters (RMS of all blocks).
     """
 
     p: float = 1.0
@@ -64,6 +66,7 @@ class Jump:
     size: float = 0.0
     left: float = np.inf
     share: float = 0.0
+    matters: bool = True
 
     def is_form_of(self, other: Jump, share: float) -> bool:
         """Whether it lies where the other one does, and is at most a share of it.
@@ -132,6 +135,8 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     time_s = problem.traces.time_s
     before, after = (time_s[problem.block == b] for b in (at, at + 1))
     noise = float(np.mean(problem.noise[problem.output == seen[output]]))
+    later = 1.0 - (at + 1) / blocks
+    moved = abs(float(most)) * float(of_row[output]) * noise * np.sqrt(later * (1.0 - later))
     return Jump(
         p=min(1.0, taken.size * float(stats.f.sf(taken[best] / (squares / free), 1, free))),
         after_s=float(before.min()),  # under which of the two loads, or in between
@@ -141,6 +146,7 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
         size=abs(float(most)) / usual,
         left=float(np.sum((left * of_row) ** 2)),
         share=float(taken[best] / max(taken[best] + own, 1e-300)),
+        matters=bool(moved >= problem.tolerance[seen[output]]),
     )
 
 

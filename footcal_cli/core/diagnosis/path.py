@@ -142,13 +142,14 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
 
     Returns
     -------
-    None where nothing surely jumps, nothing of the table jumps there, or something else jumps too.
+    None where nothing surely jumps by what matters, nothing of the table jumps there, or something
+    else jumps too.
     """
     problem, rules = subject.problem, path.rounds[0].rules
     if len(subject.case.logs) > 1:
         return None
     jump = once_beside(problem, problem.fitted)
-    if jump.p >= rules.alpha_small:
+    if jump.p >= rules.alpha_small or not jump.matters:
         return None
     start = float(subject.case.logs[0].time_s[0])
     signature = best_between(subject, jump.after_s - start, jump.before_s - start)

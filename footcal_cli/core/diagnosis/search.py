@@ -20,7 +20,7 @@ from footcal_cli.core.diagnosis.weighing import (
 )
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Stage
-from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_flip_mean
+from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_flip_mean, smallest_p
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import (
     cosines,
@@ -204,11 +204,13 @@ def _next_step(
             refused = max(refused, float(plain.sum()))
             continue
         small = abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]
-        certain = evidence.p[c] < rules.alpha_small
+        signs_reach = smallest_p(float(evidence.informative[c])) < rules.alpha_small
+        certain = evidence.p[c] < rules.alpha_small and signs_reach
         worth = certain or float(plain.sum()) >= rules.later_share * total_loss
         if small and (lib.problem.drifts or not worth):
             # a small cause that is certain is named and called small, but not what the form of a
-            # larger one gets wrong, nor what is usual in a walk
+            # larger one gets wrong, nor what is usual in a walk, nor what so few blocks know of
+            # that a law of the noise alone makes it certain
             why.append(replace(tried, why=Why.SMALL))
             return None, why
         rivals, places = _rivals(lib, evidence, base, int(c), signs, rules, seed)

@@ -113,6 +113,15 @@ def _sizes_seen(
     return seen
 
 
+def around(value: float, item: Freed) -> tuple[float, float]:
+    """A step down and up from a value, within what is allowed.
+
+    A share of a large load may be a shape beyond its range: there only one way leads back.
+    """
+    low = max(value - item.step, min(item.parameter.lower, value))
+    return low, min(value + item.step, max(item.parameter.upper, value))
+
+
 def bounded(before: float, step: float, item: Freed) -> float:
     """A value after a step, within what is allowed; a shape moves by a factor at most."""
     after = before + step

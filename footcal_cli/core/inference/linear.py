@@ -98,6 +98,36 @@ def least_squares(basis: FloatArray, target: FloatArray, rcond: float) -> FloatA
     return np.asarray(scaled_inverse(basis.T @ basis, rcond) @ (basis.T @ target))
 
 
+def about_usual(
+    design: FloatArray, target: FloatArray, usual: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least squares of coefficients that are zero with a usual sd, noise as the residual says.
+
+    ``(DᵀD / σ² + U⁻²) w = Dᵀt / σ²``: what the design determines stays as it was, and what moves
+    the target by less than the noise stays at zero instead of following it.
+
+    Parameters
+    ----------
+    design, target, usual
+        D (n, k), t (n, q), and the sd of each coefficient (k,).
+
+    Returns
+    -------
+    found
+        Coefficients, shape (k, q).
+    loose
+        What of their covariance is that of their usual sizes, of each target, shape (k, k).
+    """
+    left, singular, right = np.linalg.svd(design * usual, full_matrices=False)
+    along = left.T @ target
+    freedom = max(len(design) - len(usual), 1) * target.shape[1]
+    noise = max(float(np.sum((target - left @ along) ** 2)) / freedom, np.finfo(float).tiny)
+    seen = singular**2 + noise
+    back = usual[:, None] * right.T
+    root = back * (noise / seen)
+    return np.asarray(back @ ((singular / seen)[:, None] * along)), np.asarray(root @ root.T)
+
+
 def scaled_inverse(products: FloatArray, rcond: float, empty: float = 0.0) -> FloatArray:
     """Pseudo-inverse of inner products of columns of any units, shape (…, n, n).
 

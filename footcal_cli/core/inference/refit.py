@@ -12,7 +12,7 @@ from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import Case, Rows, residual
 from footcal_cli.core.inference.evidence import Interval
-from footcal_cli.core.inference.freed import Freed, acts, bounded, freed_of, seen
+from footcal_cli.core.inference.freed import Freed, acts, around, bounded, freed_of, seen
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -337,8 +337,7 @@ def _columns(
     columns, seen = [], ideal.memory()
     for item in freed:
         value = values[item.name]
-        low = max(value - item.step, item.parameter.lower)
-        high = min(value + item.step, item.parameter.upper)
+        low, high = around(value, item)
         up = residual(ideal, rows, {**values, item.name: high}, chain, seen=seen)
         down = residual(ideal, rows, {**values, item.name: low}, chain, seen=seen)
         columns.append(-(up - down) / max(high - low, 1e-300))

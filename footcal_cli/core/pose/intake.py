@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -27,7 +28,7 @@ class Frames:
     columns
         Name -> shape (P, K, …).
     incomplete
-        Frames that lacked a leg, or had one twice.
+        Frames that lacked a leg, or had one more often than another.
     broken
         Frames with a reading that is not a number.
     left_out
@@ -44,7 +45,7 @@ class Frames:
     def rejected(self) -> dict[str, int]:
         """Frames left out, by reason."""
         reasons = {
-            "a leg is missing or there twice": self.incomplete,
+            "a leg is missing, or there more often than another": self.incomplete,
             "reading is not a number": self.broken,
         }
         return {reason: count for reason, count in reasons.items() if count}
@@ -57,7 +58,7 @@ def frames_of(
     columns: Mapping[str, FloatArray],
     may_miss: Sequence[str] = (),
 ) -> Frames:
-    """Pivot a long table with one row per key and leg.
+    """Pivot a long table to a row per key; of several readings of every leg, their median.
 
     Parameters
     ----------
@@ -79,14 +80,17 @@ def frames_of(
     rank = np.empty(first.size, dtype=np.int64)
     rank[np.argsort(first, kind="stable")] = np.arange(first.size)
     frame = rank[frame.ravel()]
-    count = np.zeros((first.size, len(legs)), dtype=np.int64)
-    np.add.at(count, (frame, place[used]), 1)
-    whole = (count == 1).all(axis=1)
+    cell = frame * len(legs) + place[used]
+    count = np.bincount(cell, minlength=first.size * len(legs)).reshape(first.size, len(legs))
+    whole = (count == np.maximum(count[:, :1], 1)).all(axis=1)
+    by_cell = np.argsort(cell, kind="stable")
+    reading = np.arange(cell.size) - np.searchsorted(cell[by_cell], cell[by_cell])
+    most = int(count.max(initial=1))
     pivoted = {}
     for name, values in columns.items():
-        out = np.full((first.size, len(legs), *values.shape[1:]), np.nan)
-        out[frame, place[used]] = values[used]
-        pivoted[name] = out
+        out = np.full((first.size * len(legs), most, *values.shape[1:]), np.nan)
+        out[cell[by_cell], reading] = values[used][by_cell]
+        pivoted[name] = _medians(out).reshape(first.size, len(legs), *values.shape[1:])
     sound = whole.copy()
     for name, values in pivoted.items():
         if name not in may_miss:
@@ -99,6 +103,14 @@ def frames_of(
         int((whole & ~sound).sum()),
         keys[~sound],
     )
+
+
+def _medians(readings: FloatArray) -> FloatArray:
+    """Median over axis 1 of the readings that are numbers, NaN where none is."""
+    if readings.shape[1] == 1:
+        return readings[:, 0]
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+        return np.asarray(np.nanmedian(readings, axis=1))
 
 
 def pose_log(

@@ -21,12 +21,16 @@ from footcal_cli.intake.cases.shared import (
     CaseRead,
     affine_parameters,
     chain_of,
+    in_order,
     known_before,
     needs_time,
 )
 from footcal_cli.recipe.options import DiagnoseOptions
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import placements_table
+
+PLACEMENT_S = 20.0
+"""How long a placement takes, about, where no stamp says it."""
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
@@ -80,8 +84,19 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     )
     case, elsewhere = relabelled(case)
     findings += _labels_found(elsewhere)
-    untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
-    return CaseRead(case, findings, untested | _left_out_with(session, load))
+    untested, instead = _left_out_with(session, load), {}
+    if not timed and not any(_sorted(log) for log in logs):
+        instead = in_order(EXPERIMENT, "placement", PLACEMENT_S)
+    elif not timed:
+        untested |= needs_time(EXPERIMENT, "the rows have no time stamps and are sorted")
+    return CaseRead(case, findings, untested, instead)
+
+
+def _sorted(log: Log) -> bool:
+    """Whether rows stand in the order of their holes or loads, which is none of time."""
+    columns = np.column_stack([log.known["hole_m"], log.known["load_n"]])
+    steps = np.diff(columns[:, np.ptp(columns, axis=0) > 0], axis=0)
+    return bool(np.any(np.all(steps >= 0, axis=0) | np.all(steps <= 0, axis=0)))
 
 
 def _log_of(

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.effects import find_effect, having
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT, LEG_WEIGHT
 from footcal_cli.core.experiments.pose import EXPERIMENT
 from footcal_cli.core.inference.case import Case
@@ -23,7 +21,7 @@ from footcal_cli.core.pose.data import Geometry, pose_data
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.seating import standing_axes
 from footcal_cli.errors import DataError
-from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, of_cells
+from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, in_order, of_cells
 from footcal_cli.intake.legs import without_effects
 from footcal_cli.intake.poses import noise_sd_of, raw_poses
 from footcal_cli.recipe.options import DiagnoseOptions, PoseCalibOptions
@@ -66,8 +64,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
     sd, _ = noise_sd_of(asked, len(legs), data.robot_weight_n)
     seen = standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m)
-    timed = having(Trait.TIMED, experiment=EXPERIMENT.name)
-    return CaseRead(case, seen, untested, {name: _by_pose(find_effect(name)) for name in timed})
+    return CaseRead(case, seen, untested, in_order(EXPERIMENT, "pose", POSE_S))
 
 
 def with_known_offsets(case: Case, hung: Mapping[str, FloatArray]) -> Case:
@@ -88,23 +85,6 @@ def with_known_offsets(case: Case, hung: Mapping[str, FloatArray]) -> Case:
         at = [names.index(f"{leg}.offset_{axis}") for axis in AXES]
         precision[np.ix_(at, at)] = scaled_inverse(covariance + np.diag(moves**2), _RCOND)
     return replace(case, known=precision)
-
-
-def _by_pose(effect: Effect) -> Effect:
-    """An effect in time in units of poses: their order is known, their stamps are not."""
-    per_pose = {"N/s": "N/pose", "Nm/s": "Nm/pose", "s": "poses"}
-    return replace(
-        effect,
-        parameters=tuple(
-            replace(
-                p, unit=per_pose.get(p.unit, p.unit),
-                prior_sd=p.prior_sd * (POSE_S if p.unit.endswith("/s") else 1.0),
-                grid=p.grid[1::2],  # every tenth of the poses: no moment within a block shows
-            )
-            for p in effect.parameters
-        ),
-        formula=f"{effect.formula}; t in poses, in the order of the log",
-    )  # fmt: skip
 
 
 def _known_from_hanging(legs: Sequence[LegKnowledge], tolerance_n: float) -> dict[str, str]:

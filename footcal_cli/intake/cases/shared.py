@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -186,6 +186,38 @@ def without_momentum(recording: Recording) -> Log:
 def needs_time(experiment: Experiment, reason: str) -> dict[str, str]:
     """Effects of an experiment that need time stamps, each with the reason not to try them."""
     return dict.fromkeys(sorted(having(Trait.TIMED, experiment=experiment.name)), reason)
+
+
+_TENTHS = 10
+
+
+def in_order(experiment: Experiment, what: str, each_s: float) -> dict[str, Effect]:
+    """Effects in time in units of rows: their order is known, their stamps are not.
+
+    Parameters
+    ----------
+    what, each_s
+        What a row is called, and about how long one takes, s.
+    """
+    units = {f"{unit}/s": f"{unit}/{what}" for unit in ("N", "Nm")} | {"s": f"{what}s"}
+
+    def counted(effect: Effect) -> Effect:
+        return replace(
+            effect,
+            parameters=tuple(
+                replace(
+                    p, unit=units.get(p.unit, p.unit),
+                    prior_sd=p.prior_sd * (each_s if p.unit.endswith("/s") else 1.0),
+                    # every tenth of the rows: no moment within a block shows
+                    grid=p.grid[1::2] if len(p.grid) > _TENTHS else p.grid,
+                )
+                for p in effect.parameters
+            ),
+            formula=f"{effect.formula}; t in {what}s, in the order of the log",
+        )  # fmt: skip
+
+    timed = having(Trait.TIMED, experiment=experiment.name)
+    return {name: counted(find_effect(name)) for name in timed}
 
 
 def of_cells(experiment: Experiment) -> dict[str, str]:
