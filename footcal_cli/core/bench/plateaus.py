@@ -11,7 +11,6 @@ from enum import IntEnum
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import parts_of
@@ -141,6 +140,8 @@ def find_outliers(
     dropout, glitch
         Shape (n,) each; no sample is both.
     """
+    from scipy.ndimage import median_filter
+
     options = options or PlateauOptions()
     dropout = ~np.isfinite(reading) | np.isin(reading, options.dropout_codes)
     if dropout.all():
