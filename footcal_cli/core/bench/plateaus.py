@@ -196,6 +196,7 @@ def find_plateaus(
     low, high = np.quantile(reading[used], [0.01, 0.99])
     max_change, max_scatter = _tolerances(reading[used], scatter, options)
     still = (np.abs(slope) * options.window_s <= max_change) & (scatter <= max_scatter)
+    del slope, scatter  # a day at 80 Hz: 110 MB
     at = np.flatnonzero(used)
     number = 0
     for first, last in _runs(time_s[at], still):
