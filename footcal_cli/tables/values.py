@@ -62,7 +62,7 @@ def numbers(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
             np.asarray(large), raw, spec, name, unit, path,
         )  # fmt: skip
         return values
-    values = values.astype(np.float64)
+    values = values.astype(np.float64, copy=False)
     if spec.missing == "refuse":
         _refuse("empty cell or NaN", np.isnan(values), raw, spec, name, unit, path)
     _refuse("infinite value", np.isinf(values), raw, spec, name, unit, path)
