@@ -15,10 +15,10 @@ from footcal_cli.tables.columns import Column
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.textfiles import short
 
-LARGEST = 1e30
-"""No reading is larger; squares and their sums stay far from overflow."""
 EXACT = 2**53
 """Integers up to here are exact as float64."""
+_LARGEST, _LARGEST_OF = 1e12, {"count": float(EXACT), "s": 1e30}
+"""No force, length or angle is larger in any unit of a log; stamps may count from long ago."""
 _DAY_NS = 86_400 * 10**9
 _TRUE_AND_FALSE = {"true": 1.0, "false": 0.0}
 HEXADECIMAL = r"0[xX][0-9A-Fa-f]{1,12}"
@@ -61,14 +61,14 @@ def numbers(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
             "an integer above 2^53, which no calculation keeps exactly",
             np.asarray(large), raw, spec, name, unit, path,
         )  # fmt: skip
-        return values
-    values = values.astype(np.float64, copy=False)
-    if spec.missing == "refuse":
-        _refuse("empty cell or NaN", np.isnan(values), raw, spec, name, unit, path)
-    _refuse("infinite value", np.isinf(values), raw, spec, name, unit, path)
-    largest = EXACT if spec.unit == "count" else LARGEST
+    else:
+        values = values.astype(np.float64, copy=False)
+        if spec.missing == "refuse":
+            _refuse("empty cell or NaN", np.isnan(values), raw, spec, name, unit, path)
+        _refuse("infinite value", np.isinf(values), raw, spec, name, unit, path)
+    largest = _LARGEST_OF.get(spec.unit or "", _LARGEST)
     with np.errstate(invalid="ignore"):
-        huge = np.abs(values) > largest
+        huge = (values > largest) | (values < -largest)
     _refuse("too large to be a reading", huge, raw, spec, name, unit, path)
     return values
 
