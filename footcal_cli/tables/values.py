@@ -17,8 +17,8 @@ from footcal_cli.tables.textfiles import short
 
 EXACT = 2**53
 """Integers up to here are exact as float64."""
-_LARGEST, _LARGEST_OF = 1e12, {"count": float(EXACT), "s": 1e30}
-"""No force, length or angle is larger in any unit of a log; stamps may count from long ago."""
+_LARGEST, _LARGEST_LOAD = 1e30, 1e12
+"""No reading is larger, and no load in any unit; of a stream samples beyond sense are left out."""
 _DAY_NS = 86_400 * 10**9
 _TRUE_AND_FALSE = {"true": 1.0, "false": 0.0}
 HEXADECIMAL = r"0[xX][0-9A-Fa-f]{1,12}"
@@ -66,7 +66,8 @@ def numbers(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
         if spec.missing == "refuse":
             _refuse("empty cell or NaN", np.isnan(values), raw, spec, name, unit, path)
         _refuse("infinite value", np.isinf(values), raw, spec, name, unit, path)
-    largest = _LARGEST_OF.get(spec.unit or "", _LARGEST)
+    rows_count = spec.missing == "refuse" and spec.unit != "s"
+    largest = EXACT if spec.unit == "count" else _LARGEST_LOAD if rows_count else _LARGEST
     with np.errstate(invalid="ignore"):
         huge = (values > largest) | (values < -largest)
     _refuse("too large to be a reading", huge, raw, spec, name, unit, path)
