@@ -1,4 +1,4 @@
-"""Words of which names of columns are made, by what they are of.
+"""Words in names of columns, and what each of them says.
 
 Room: sniff; asked by names.
 """
