@@ -55,20 +55,23 @@ def find_spells(
         Step of the converter.
     """
     found = np.zeros(reading.size, dtype=bool)
-    good = np.flatnonzero(np.isfinite(reading))
-    if good.size < _FEWEST:
+    finite = np.isfinite(reading)
+    level = reading if finite.all() else reading[finite]
+    if level.size < _FEWEST:
         return found
-    level = reading if good.size == reading.size else reading[good]
     steps = np.diff(level)
     edges = np.flatnonzero(_abrupt(steps, resolution))
     # what moves takes several samples
     around = np.abs(np.r_[0.0, steps, 0.0][edges[:, None] + [0, 2]])
     edges = edges[around.max(axis=1, initial=0.0) < BACK * np.abs(steps[edges])]
-    if held is not None and edges.size:
-        turned = np.abs(np.diff(_between(held)[good], axis=0))
-        edges = edges[~np.any(turned[edges] > ABRUPT * np.nanmedian(turned, axis=0), axis=1)]
     if not edges.size:
         return found
+    good = np.flatnonzero(finite)
+    if held is not None:
+        turned = np.abs(np.diff(_between(held)[good], axis=0))
+        edges = edges[~np.any(turned[edges] > ABRUPT * np.nanmedian(turned, axis=0), axis=1)]
+        if not edges.size:
+            return found
     longest, end, levels = LONGEST * good.size, -1, _levels(level)
     for i, out in enumerate(edges):
         if out <= end:

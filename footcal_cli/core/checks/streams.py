@@ -30,6 +30,8 @@ LET_GO, FOLLOWS = 1.5, 0.8
 """Change of a cell's gain beside its siblings, and the correlation in each half that shows it."""
 _MOST_FITTED = 200_000
 """Rows of a long log that a gain is fitted to."""
+_MOST_HEARD = 2**20
+"""Samples in which a line is looked for: the first hours of a long log."""
 HUM_BY_CHANCE, HUM_SHARE, HUM_OTHERS = 1e-8, 0.01, 0.2
 """Fisher's probability of a line, its amplitude over the range, and its power beside others'."""
 HUM_ALONE = 8.0
@@ -244,6 +246,7 @@ def check_gains_halfway(readings: FloatArray, names: Sequence[str]) -> Iterator[
 @listed
 def check_hum(time_s: FloatArray, readings: FloatArray, names: Sequence[str]) -> Iterator[Finding]:
     """Find a line in the upper half of one channel's spectrum (Fisher 1929), and in no other's."""
+    time_s, readings = time_s[:_MOST_HEARD], readings[:_MOST_HEARD]
     good = np.isfinite(readings).all(axis=1)
     steps = np.diff(time_s[good])
     if good.sum() < _FEWEST or not np.median(steps) > 0 or np.ptp(steps) > np.median(steps):
