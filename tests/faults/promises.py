@@ -161,7 +161,8 @@ PROMISES: tuple[tuple[str, str, str], ...] = (
     ("`diagnose` of a foot whose cells have no reading in common warns of an all-NaN slice",
      "the robot is not weighed by it",
      "tests/core/test_weighed.py::test_feet_are_weighed_by_the_rows_that_all_their_cells_have"),
-    ("`footcal … | head -1` ends with 1, as if a gate was missed", "the exit code of the run",
+    ("a command that is piped into `head -1` ends with 1, as if a gate was missed",
+     "the exit code of the run",
      "tests/cli/test_interruption.py::test_a_reader_who_leaves_changes_no_exit_code"),
 )  # fmt: skip
 """What happened once, what happens now, and the test that guards it."""
