@@ -18,6 +18,8 @@ from footcal_cli.plots.style import (
     MARKERS,
     MOST_POINTS,
     REFERENCE,
+    new_figure,
+    tidy,
 )
 
 SEEN_BY = {
@@ -75,3 +77,17 @@ def test_cells_differ_by_colour_for_the_colour_blind_and_by_marker(seen: FloatAr
     nearest = min(float(np.linalg.norm(a - b)) for a, b in combinations(places, 2))
     assert nearest > 20.0  # Okabe and Ito's eight: 11
     assert len(set(MARKERS)) >= len(CELL_COLOURS)
+
+
+@pytest.mark.parametrize("values", [(6.5e6, 8.3e6), (-34.0018, -34.0004)])
+def test_ticks_need_no_number_above_the_axis(values: tuple[float, float]) -> None:
+    figure = new_figure(2.0)
+    axes = figure.add_subplot()
+    axes.plot(values, values)
+    tidy(axes)
+    figure.canvas.draw()
+    for axis in (axes.xaxis, axes.yaxis):
+        assert axis.get_offset_text().get_text() == ""
+        shown = [float(t.get_text().replace("\N{MINUS SIGN}", "-")) for t in axis.get_ticklabels()]
+        assert len({*shown}) == len(shown)
+        assert min(values) - 1e6 < min(shown) < max(shown) < max(values) + 1e6

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gzip
 import os
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pint
 import pytest
 
 from footcal_cli.errors import DataError, FootcalError, UsageError
@@ -23,7 +25,7 @@ from footcal_cli.tables.columns import (
 from footcal_cli.tables.logfiles import digest
 from footcal_cli.tables.reading import ForeignColumn
 from footcal_cli.tables.table import Table, read_table, refusal_of, write_parquet
-from footcal_cli.tables.units import conversion
+from footcal_cli.tables.units import SPELLINGS, conversion, parse_unit
 
 G = 9.80665
 GOOD = "channel,load_kg,counts\na,0,8300000\na,0.5,8200000\n"
@@ -56,6 +58,27 @@ def test_units_convert_as_nist_says(unit: str, to: str, one: float) -> None:
 def test_fahrenheit_has_an_offset() -> None:
     converted = conversion("degF", "degC", G)(np.array([32.0, 212.0]))
     np.testing.assert_allclose(converted, [0, 100], atol=1e-9)
+
+
+def test_sizes_of_units_are_those_of_pint() -> None:
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry()
+    compound = ["m/s^2", "deg/s", "kg*m^2/s", "kgf*cm", "N/m*s", "Nm^2", "lbf*in/s", "grams"]
+    unlike = {"count", "counts", "degC", "°C", "degF", "°F", "K"}  # no number; another zero
+    known = [word for word in (*SPELLINGS, *compound) if word not in unlike]
+    for unit, to in product(known, known):
+        source, target = (registry.Unit(parse_unit(word).name) for word in (unit, to))
+        weighed = source.is_compatible_with("kg") and target.is_compatible_with("N")
+        if weighed:
+            expected = registry.Quantity(1.0, source).to("kg") * registry.Quantity(G, "m/s^2")
+        else:
+            expected = registry.Quantity(1.0, source)
+        if not weighed and not source.is_compatible_with(target):
+            with pytest.raises(UsageError):
+                conversion(unit, to, G)
+            continue
+        found = conversion(unit, to, G)
+        assert found.slope == pytest.approx(expected.to(target).magnitude, rel=1e-14)
+        assert found.weighed == weighed
 
 
 def test_a_unit_suffix_is_read_and_counts_stay_integers(tmp_path: Path) -> None:

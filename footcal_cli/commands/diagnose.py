@@ -57,6 +57,8 @@ def diagnose(
 ) -> Outcome:
     """Say what the model gets wrong: name its cause, extend the model, state the gain."""
     from footcal_cli.core.diagnosis.rules import Rules
+    from footcal_cli.core.log import EXPERIMENT_NAMES
+    from footcal_cli.errors import DataError
 
     if plan and len(groups) < 2:
         return _planned(session)
@@ -64,7 +66,17 @@ def diagnose(
     rules = Rules(most_effects=session.options.most_effects)
     if len(groups) > 1:
         return _together(session, groups, rules)
-    return _single(session, groups, rules)
+    try:
+        return _single(session, groups, rules)
+    except DataError as error:
+        if error.foreign:  # read as weights, say, and it is a walk
+            read_as = session.options.experiment
+            others = ", ".join(name for name in EXPERIMENT_NAMES if name != read_as)
+            error.remedy = (
+                f"it was read as {read_as}; say what it is by --experiment ({others}), "
+                f"or {error.remedy}"
+            )
+        raise
 
 
 def _planned(session: Session[DiagnoseOptions]) -> Outcome:

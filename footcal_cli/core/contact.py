@@ -8,7 +8,6 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import stretches
@@ -105,6 +104,8 @@ def detect_contact(
         Vertical force of each foot by the calibration believed so far, shape (n, feet); NaN where
         samples were lost.
     """
+    from scipy.ndimage import binary_dilation
+
     rule = rule or ContactRule()
     width = max(round(rule.settle_s * rate_hz), 1)
     contact = np.empty(foot_force_n.shape)

@@ -356,6 +356,6 @@ def check_frozen(time_s: FloatArray, readings: FloatArray, stream: str) -> list[
 
 def _longest_run(values: FloatArray) -> int:
     """Length of the longest run of equal values."""
-    changes = np.flatnonzero(np.diff(values) != 0)
-    edges = np.concatenate([[-1], changes, [values.size - 1]])
-    return int(np.max(np.diff(edges)))
+    same = np.concatenate([[False], np.diff(values) == 0, [False]])
+    edges = np.flatnonzero(same[1:] != same[:-1])  # where runs of equal values begin and end
+    return min(values.size, 1 + int(np.max(np.diff(edges)[::2], initial=0)))

@@ -7,11 +7,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from footcal_cli.core.checks import holes, legs, loads, streams
-from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import span_of
 from footcal_cli.core.spatial import rotation_of_quaternion, rotations_of_rpy
 from footcal_cli.recipe import Robot
+from footcal_cli.session.inspection import without_lost
 from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION
 from footcal_cli.tables.table import Table
 
@@ -133,7 +133,7 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
     totals = []
     for foot in feet:
         names = [f"{foot}_{cell}" for cell in robot.feet[foot].cells]
-        values = _without_lost(table.numbers([f"{n}_counts" for n in names]), robot)
+        values = without_lost(table.numbers([f"{n}_counts" for n in names]), robot)
         for i, name in enumerate(names):
             found += streams.check_word(name, values[:, i])
         # standing loads siblings alike; only a foot that is lifted shows a cell's own gain
@@ -141,19 +141,16 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
             found += streams.check_gains_halfway(values, names)
         found += streams.check_hum(time_s, values, names)
         totals.append(values.sum(axis=1))
+        del values
     if totals and len(feet) == len(robot.feet) and scale and weight_n:
         force = scale * np.column_stack(totals)
+        totals.clear()
         found += streams.check_feet_together(time_s, force, feet, weight_n)
     return found
 
 
 def _has(table: Table, foot: str, cells: Sequence[str]) -> bool:
     return bool(cells) and all(f"{foot}_{cell}_counts" in table for cell in cells)
-
-
-def _without_lost(values: FloatArray, robot: Robot) -> FloatArray:
-    lost = robot.adc.lost_reading
-    return values if lost is None else np.where(values == lost, np.nan, values)
 
 
 def _sides(cells: Table, body: Table, robot: Robot) -> Iterable[Finding]:

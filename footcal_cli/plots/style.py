@@ -38,7 +38,14 @@ def new_figure(height_in: float, width_in: float = WIDTH_IN) -> Figure:
 
 
 def tidy(axes: Axes, title: str = "", x: str = "", y: str = "") -> None:
-    """Title, labels, light grid, no box."""
+    """Title, labels, light grid, no box; numbers that are whole by themselves: no 1e6 above."""
+    from matplotlib.ticker import ScalarFormatter
+
+    for axis in (axes.xaxis, axes.yaxis):
+        form = axis.get_major_formatter()
+        if isinstance(form, ScalarFormatter):
+            form.set_useOffset(False)
+            form.set_powerlimits((-5, 9))
     axes.set_title(title, loc="left", fontsize=10)
     axes.set_xlabel(x, fontsize=9)
     axes.set_ylabel(y, fontsize=9)

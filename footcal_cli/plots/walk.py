@@ -316,24 +316,21 @@ def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
 
 def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
     """Error of each gait cycle as violins, one per method."""
-    reference = found.best_reference
-    figure = new_figure(3.0)
-    panels = figure.subplots(1, 3)
-    for axes, (quantity, title, factor, unit) in zip(
-        panels,
-        (("cop", "CoP", 1e3, "mm"), ("foot_cop", "CoP of each foot", 1e3, "mm"),
-         ("vgrf", "vertical force", 1.0, "N")),
-        strict=True,
+    reference, drawn = found.best_reference, []
+    for quantity, title, factor, unit in (
+        ("cop", "CoP", 1e3, "mm"), ("foot_cop", "CoP of each foot", 1e3, "mm"),
+        ("vgrf", "vertical force", 1.0, "N"),
     ):  # fmt: skip
-        series = {}
-        for method in methods:
-            values = found.of(method, reference).cycles(quantity)
-            values = factor * values[np.isfinite(values)]
-            if values.size > 2:
-                series[method] = values
-        if series:
-            _violins(axes, series)
-        tidy(axes, f"{capital(title)}, per gait cycle", "", f"RMSE ({unit})")
+        each = {m: factor * found.of(m, reference).cycles(quantity) for m in methods}
+        series = {m: v[np.isfinite(v)] for m, v in each.items()}
+        series = {m: v for m, v in series.items() if v.size > 2}
+        if series:  # a demand of the motion says nothing of each foot
+            drawn.append((f"{capital(title)}, per gait cycle", f"RMSE ({unit})", series))
+    figure = new_figure(3.0)
+    panels = figure.subplots(1, max(len(drawn), 1), squeeze=False)[0]
+    for axes, (title, label, series) in zip(panels, drawn, strict=False):
+        _violins(axes, series)
+        tidy(axes, title, "", label)
     return figure
 
 

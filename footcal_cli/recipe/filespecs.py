@@ -139,9 +139,9 @@ class FileSpec(Frozen):
     regular expression with named groups for texts without fields: each line it is found in is a
     row; `carried` is one for lines between the rows (``# load 2 kg``) whose groups are columns of
     the rows below; groups called ``added_load`` and ``removed_load`` count a column ``load`` up and
-    down. `rate_hz` counts rows where there are no stamps. `rows_of` is for topics that
-    take turns in one table: rows without a value in this column are left out, and the other columns
-    are filled in from their own rows, no farther than 0.1 s away.
+    down, ``zero_load`` makes it 0. `rate_hz` counts rows where there are no stamps. `rows_of` is
+    for topics that take turns in one table: rows without a value in this column are left out, and
+    the other columns are filled in from their own rows, no farther than 0.1 s away.
     `pivot` turns a table with a row for each foot or cell into one with a row per sample.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
     row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.

@@ -210,14 +210,11 @@ def _exchanged(table: Table, robot: Robot) -> list[Finding]:
 
 def _cells(table: Table, robot: Robot) -> list[Finding]:
     found = _stream(table, robot)
-    lost = robot.adc.lost_reading
     for foot, spec in robot.feet.items():
         names = [f"{foot}_{cell}" for cell in spec.cells]
         if not names or any(f"{name}_counts" not in table for name in names):
             continue
-        values = table.numbers([f"{name}_counts" for name in names])
-        if lost is not None:
-            values = np.where(values == lost, np.nan, values)
+        values = without_lost(table.numbers([f"{name}_counts" for name in names]), robot)
         found += siblings.check_loose_channels(values, names)
         found += check_loose_cells(values, names)
         still = siblings.check_dead_channels(values, names)
@@ -225,14 +222,18 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
     return found
 
 
+def without_lost(values: FloatArray, robot: Robot) -> FloatArray:
+    """Readings, NaN where the logger wrote that a sample was lost; same shape."""
+    lost = robot.adc.lost_reading
+    return values if lost is None else np.where(values == lost, np.nan, values)
+
+
 def _stream(table: Table, robot: Robot) -> list[Finding]:
     """Stamps, and every channel for itself and beside the others."""
     time_s = table.number("time_s")
     at = {n: n.rpartition("_cop_")[0] for n in _kept(table) if n.endswith(("_cop_x_m", "_cop_y_m"))}
     names = [n for n in _kept(table) if n not in at]
-    values = table.numbers(names)
-    if robot.adc.lost_reading is not None:
-        values = np.where(values == robot.adc.lost_reading, np.nan, values)
+    values = without_lost(table.numbers(names), robot)
     found = body_stream.check_stamp_unit(time_s, table.path.name)
     found += quality.check_order(time_s, table.path.name)
     found += quality.check_frozen(time_s, values, table.path.name)
@@ -241,8 +242,9 @@ def _stream(table: Table, robot: Robot) -> list[Finding]:
         stands = np.abs(table.number(f"{foot}_fz_n")) > robot.least_force_n
         own_names = [n for n in at if at[n] == foot]
         found += quality.check_stream(time_s[stands], table.numbers(own_names)[stands], own_names)
-    for i, name in enumerate(names):
-        own = values[:, i]
+    del values
+    for name in names:
+        own = without_lost(table.number(name), robot)
         if name.endswith("_counts"):
             known = {(f.code, f.where) for f in found}
             found += [f for f in _codes(name, own, robot) if (f.code, f.where) not in known]

@@ -278,9 +278,9 @@ class Session(Logs, Generic[Options]):
         if as_json():
             print_answer(answer_of(run, outcome, out))
             return exit_code
-        answer = Console(quiet=self.request.quiet, highlight=False)
+        answer = _Answer(quiet=self.request.quiet, highlight=False)
         if not answer.is_terminal and WIDTH not in os.environ:
-            answer = Console(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
+            answer = _Answer(quiet=self.request.quiet, highlight=False, width=_PIPE_WIDTH)
         print_text(outcome, answer)
         for line in read_aloud(self.read_as):
             answer.print(line, soft_wrap=True, markup=False)
@@ -297,6 +297,15 @@ class Session(Logs, Generic[Options]):
         if sheet is None:
             return outcome
         return replace(outcome, sheets=(*outcome.sheets, sheet))
+
+
+class _Answer(Console):
+    """What a run says when its results are written: a reader who leaves changes no exit code."""
+
+    def on_broken_pipe(self) -> None:
+        """Say the rest to nobody."""
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _with_next_step(outcome: Outcome) -> Outcome:

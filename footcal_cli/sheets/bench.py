@@ -33,6 +33,8 @@ from footcal_cli.tables.logfiles import write_parquet_pieces
 
 _LEVELS = ("good", "warning", "bad")
 _MOST_CHANGES = 6
+_MOST_AT_ONCE = 500_000
+"""Rows that a model with memory predicts: 14 arrays and more as long, for a day at 80 Hz 2 GB."""
 
 
 def joined(
@@ -135,6 +137,7 @@ def weights_outcome(
             f"Model: F = scale · S + bias per channel, {method} regression of load on counts "
             "(NAO CoP self-calibration, eqs. 1 and 2). Adequate: no residual above "
             f"{tolerance_percent:g} % of the largest load ({tolerance_n:.3g} N).",
+            *_said_of_predictions(studies),
         ),
         rmse=RmseRecord(
             rows=(*rows, *ladder.held_out_rows(studies), *_held_out(apart)), rejected=dict(rejected)
@@ -268,14 +271,35 @@ def _held_out(apart: Sequence[tuple[ChannelStudy, BenchRecord]]) -> list[RmseRow
     return rows
 
 
+def _thinning(study: ChannelStudy, rows: int) -> int:
+    """Of how many rows one is predicted: a model that remembers needs all of them at once."""
+    return -(-rows // _MOST_AT_ONCE) if study.remembers else 1
+
+
+def _said_of_predictions(studies: Sequence[ChannelStudy]) -> Iterator[str]:
+    """What is left out of the predictions."""
+    rows = [(len(record_of_samples(study)), study) for study in studies]
+    for samples, steps in sorted({(n, _thinning(study, n)) for n, study in rows}):
+        if steps > 1:
+            yield (
+                f"predictions.parquet holds one of {steps} samples of {samples:,}: where a model "
+                "remembers the loads before, the whole recording is predicted at once."
+            )
+
+
 def _predictions(
     studies: Sequence[ChannelStudy], apart: Sequence[tuple[ChannelStudy, BenchRecord]]
 ) -> Iterator[Mapping[str, NDArray[Any]]]:
-    """Every row (of a recording: every sample) with its predicted load, counted or not and why."""
+    """Every row (of a recording: every sample) with its predicted load, counted or not and why.
+
+    Where the model remembers its loads, of a long recording every so many-th, as `_thinning` says.
+    """
     reasons = np.array([state.reason for state in SampleState], dtype=object)
     pairs = [(study, record_of_samples(study), "train") for study in studies]
     pairs += [(study, record, "held_out") for study, record in apart]
-    for study, whole, split in pairs:
+    for study, every, split in pairs:
+        thinned = slice(None, None, _thinning(study, len(every)))
+        whole = every.select(thinned)
         # a model that remembers loads is predicted from the first sample on
         for part in parts_of(len(whole), max(len(whole), 1) if study.remembers else None):
             record = whole.select(part)
@@ -284,7 +308,7 @@ def _predictions(
             each = {k: np.full(len(record), word, dtype=object) for k, word in words.items()}
             states = np.full(len(record), SampleState.SETTLED.reason, dtype=object)
             if study.samples is not None and split == "train":
-                states = reasons[study.samples.state[part]]
+                states = reasons[study.samples.state[thinned][part]]
             yield {
                 "channel": each["channel"],
                 "session": record.session,

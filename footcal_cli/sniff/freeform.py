@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from footcal_cli.sniff.said_weights import said_weight, sums_of
+from footcal_cli.sniff.said_weights import or_nothing, said_weight, sums_of
 from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.tokens import SIDES
 from footcal_cli.sniff.vocabulary import COUNTED
@@ -44,6 +44,8 @@ _BINDS = r"\s*(?::|=|->|→)+\s*"
 _SAID = re.compile(rf"(\S[^:=→]*?){_BINDS}{_NUMBER}(?:\s*[A-Za-z]+)?")
 _LEAST_SAID = 3
 """Different loads before readings."""
+_LOAD_GROUP = re.compile(rf"\(\?P<load(?:_\w+)?>{re.escape(_NUMBER)}\)(?:(?:\\s[*+])?([A-Za-z]+))?")
+"""The group of a load in an expression, and the unit behind it."""
 _UNITS = {"kg", "g", "N", "lb", "mg", "kN", "lbs", "oz", "mN"}
 _PUT_ON = r"added?|adding|plus|zugelegt|dazu|hinzu|ajout[eé]\w*|añadid\w*|aggiunt\w*|another"
 _TAKEN_OFF = (
@@ -99,9 +101,24 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
         expression = _renamed(expression, _KEY.findall(row))
     layout = Layout(encoding=encoding, line=expression)
     if typed:
-        moved = moved_between([line for line in written if _shape(line) != row])
-        layout = replace(layout, carried=moved or _expression(typed[0], "load"))
+        remarks = [line for line in written if _shape(line) != row]
+        between = moved_between(remarks) or _any_of(typed)
+        layout = replace(layout, carried=or_nothing(between, remarks))
     return layout
+
+
+def _any_of(shapes: Sequence[str]) -> str:
+    """An expression for lines of several shapes that say a load, each in its own unit."""
+    first, *others = (_expression(shape, "load") for shape in shapes)
+    parts = [_LOAD_GROUP.split(each, maxsplit=1) for each in (first, *others)]
+    units = list(dict.fromkeys(unit for _, unit, _ in parts))
+    if not others or None in units:
+        return first
+    before, after = (
+        "|".join(dict.fromkeys(part[i].removesuffix(r"(?!\w)") for part in parts)) for i in (0, 2)
+    )
+    unit = "|".join(sorted(units, key=len, reverse=True))
+    return rf"(?:{before})(?P<load>{_NUMBER}\s*(?:{unit}))(?!\w)(?:{after})"
 
 
 def _said_before(written: list[str]) -> str:
@@ -190,7 +207,7 @@ def carried_between(remarks: list[str]) -> str:
         The lines of a table that are no rows. Empty where they say no such thing.
     """
     if moved := moved_between(remarks):
-        return moved
+        return or_nothing(moved, remarks)
     sign = r"^[\s#%;/!'*>-]*"
     unit = "|".join(sorted(_UNITS, key=len, reverse=True))
     weighed = re.compile(
@@ -202,7 +219,7 @@ def carried_between(remarks: list[str]) -> str:
     for expression in (weighed, named):
         loads = {found["load"] for line in remarks if (found := expression.search(line))}
         if len(loads) > 1:
-            return expression.pattern
+            return or_nothing(expression.pattern, remarks)
     turned = re.compile(r"^\s*[#%;/!'*>]+\s*(?P<orientation>.*\S)\s*$")
     words = [found["orientation"] for line in remarks if (found := turned.search(line))]
     axes = [orientation_in(word) for word in words]

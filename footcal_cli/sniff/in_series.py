@@ -11,7 +11,6 @@ from itertools import permutations
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.pose.series import fit_series
 from footcal_cli.sniff.groups import AT_THE_FOOT, AXES, transducers_by_stem
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 
@@ -23,6 +22,8 @@ _BLOCK_S, _LEAST_QUIET_S, _MOVED = 0.5, 2.0, 5.0
 
 def pairs_in_series(file: FileGuess) -> list[tuple[str, str]]:
     """Names of transducers in one leg, the upper first; empty where no leg has two that agree."""
+    from footcal_cli.core.pose.series import fit_series
+
     groups = transducers_by_stem(file)
     step = _step(file)
     if step is None or len(groups) < 2:

@@ -22,9 +22,47 @@ _NOTHING = re.compile(
     r"(?:it'?s |all |is |still |again )*(?:empty|nothing|no (?:load|weights?)|none|zero|unloaded|"
     r"tare|tara|off|bare|removed?|abgenommen|entfernt|enlevée?|retirée?|leer|unbelastet|ohne last|"
     r"vide|à vide|vuoto|scarico|vac[ií]o|vazio)"
-    r"(?: again| on it| on)?",
+    r"(?: again| on it| on| all| everything)?",
     re.IGNORECASE,
 )
+_DECORATED = re.compile(r"^[\W_]+|[\W_]+$")
+
+
+def says_nothing(text: str) -> bool:
+    """Whether a text says that nothing lies there: ``empty``, ``--- TARE ---``."""
+    return _NOTHING.fullmatch(_DECORATED.sub("", text)) is not None
+
+
+def or_nothing(expression: str, remarks: Iterable[str]) -> str:
+    """An expression for lines that say a load, which finds those that say that none lies there too.
+
+    Parameters
+    ----------
+    expression
+        With groups as `footcal_cli.tables.carried` reads them, the load first.
+    remarks
+        Lines that are no rows: ``empty``, or the words before a load with such a word behind them.
+    """
+    group = re.search(r"\(\?P<(?:added_)?(load\w*)>", expression)
+    if group is None:
+        return expression
+    before = _compiled(expression[: group.start()]) or re.compile("^")
+    others = [line.strip() for line in remarks if not re.search(expression, line)]
+    rest = [line[found.end() :] for line in others if (found := before.match(line))]
+    said = {_DECORATED.sub("", text) for text in (*others, *rest) if says_nothing(text)}
+    if not said:
+        return expression
+    words = "|".join(map(re.escape, sorted(said, key=lambda word: (-len(word), word))))
+    start = rf"(?:^|{before.pattern})[\W_]*" if before.pattern != "^" else r"^[\W_]*"
+    return rf"{expression}|{start}(?P<zero_{group[1]}>{words})[\W_]*$"
+
+
+def _compiled(expression: str) -> re.Pattern[str] | None:
+    """A part of an expression; None where it is none by itself."""
+    try:
+        return re.compile(expression)
+    except re.error:
+        return None
 
 
 def said_weight(text: str) -> list[tuple[float, str]] | None:

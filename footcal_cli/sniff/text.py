@@ -168,12 +168,12 @@ def guess_text(path: Path) -> TextGuess:
             or "export one table of numbers per file, its columns named in the first line",
         )  # fmt: skip
     refuse_frames(path, lines, found)
-    guess = _laid_out(lines, found, encoding)
     carried = carried_between([x for x in lines if not found.is_row(x)]) or sections(lines, found)
-    layout = _without_carried(replace(guess.layout, carried=carried), lines, found)
+    between = [x for x in lines if not (carried and re.search(carried, x))]
+    guess = _laid_out(between, found, encoding)
+    layout = replace(guess.layout, carried=carried)
     if carried and all(re.search(carried, x) for x in lines if _a_comment(x, layout)):
         layout = replace(layout, comment="")  # those lines are read; others may be the header again
-    between = [x for x in lines if not (carried and re.search(carried, x))]
     until, last = end(once_named(between, found), found, guess.layout.comment)
     refuse_said_below(path, lines, found.is_row, carried)
     said += [ends(until, between, found)] if until else []
@@ -185,28 +185,12 @@ def guess_text(path: Path) -> TextGuess:
     said += ["lines between the rows say what holds below"] if carried else []
     if until and not guess.units and len(last) == found.width and looks_like_units(last):
         guess = replace(guess, units=tuple(last), said=(*guess.said, "units below the rows"))
-    top = found.begins_at(lines)
-    layout = replace(_restarted(layout, lines, top), turned=bool(side))
-    again = bool(layout.comment) and layout.comment in map(str.strip, lines[:top])
+    top = found.begins_at(between)
+    layout = replace(_restarted(layout, between, top), turned=bool(side))
+    again = bool(layout.comment) and layout.comment in map(str.strip, between[:top])
     said += ["the header stands there again, left out"] if again else []
-    return TextGuess(layout, guess.units, (*said, *guess.said), tuple(lines[:top]))
-
-
-def _without_carried(layout: Layout, lines: list[str], body: Body) -> Layout:
-    """A layout that does not count lines above the rows that are read as what holds below."""
-    if not layout.carried:
-        return layout
-    counted = [
-        i for i, line in enumerate(lines[: body.begins_at(lines)])
-        if re.search(layout.carried, line)
-        and not (layout.comment and line.lstrip().startswith(layout.comment))
-    ]  # fmt: skip
-    # in the order in which they are skipped: above the header, then below it
-    top = layout.skip_rows
-    seen = [i for i, line in enumerate(lines) if not _a_comment(line, layout)]
-    above = sum(seen.index(i) < top for i in counted)
-    below = len(counted) - above if layout.header else 0
-    return replace(layout, skip_rows=top - above, skip_below=layout.skip_below - below)
+    above = tuple(lines[: found.begins_at(lines)])
+    return TextGuess(layout, guess.units, (*said, *guess.said), above)
 
 
 def _a_comment(line: str, layout: Layout) -> bool:

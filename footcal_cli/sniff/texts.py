@@ -12,7 +12,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, Quantity
-from footcal_cli.sniff.said_weights import said_weight, sums_of
+from footcal_cli.sniff.said_weights import said_weight, says_nothing, sums_of
 from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
@@ -70,6 +70,7 @@ def _in_rows(numbers: Sequence[float], raw: RawColumn) -> FloatArray:
 
 _TURNS = 3
 """So often numbers come again in one order by no chance."""
+_DECIMAL = re.compile(r"[-+]?\d+(?:[.,]\d+)?")
 _PLAIN = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -118,6 +119,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     if words and all(_PLAIN.fullmatch(word) for word in words):  # the words are of other variables
         values = _in_rows([float(word) for word in words], raw)
         return ColumnGuess(column, name, unit, "likely", "its name", values)
+    if (loads := _or_nothing(column, name, unit, raw)) is not None:
+        return loads
     weighed = _with_units(column, name, words, raw) or _among_words(column, name, words, raw)
     weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
@@ -135,6 +138,22 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     codes = np.full(len(raw.values), -1)
     codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
     return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
+
+
+def _or_nothing(
+    column: str, name: NameGuess, unit: str | None, raw: RawColumn
+) -> ColumnGuess | None:
+    """Loads as plain numbers, and words where none lay: ``500``, ``empty``; None for all others."""
+    if name.quantity != "load" or raw.empty.any():
+        return None
+    said = [str(value).strip() for value in raw.values.tolist()]
+    none = tuple(dict.fromkeys(word for word in said if says_nothing(word)))
+    numbers = [word for word in said if word not in none]
+    if not none or not all(_DECIMAL.fullmatch(word) for word in numbers) or len({*numbers}) < 2:
+        return None
+    values = np.array([0.0 if w in none else float(w.replace(",", ".")) for w in said])
+    why = f"its name; {', '.join(none)} is a load of 0"
+    return ColumnGuess(column, name, unit, "likely", why, values, names=dict.fromkeys(none, "0"))
 
 
 def _full_scale(number: int) -> bool:

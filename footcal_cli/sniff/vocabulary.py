@@ -1,4 +1,4 @@
-"""Words of which names of columns are made, by what they are of.
+"""Words in names of columns, and what each of them says.
 
 Room: sniff; asked by names.
 """
@@ -110,11 +110,11 @@ SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "r
 ANGLES = {
     word: axis
     for axis, spellings in {
-        "roll": "roll bank rollwinkel wankwinkel rollen wanken roulis alabeo rollio "
+        "roll": "roll bank rollwinkel wankwinkel rollen wanken wank roulis alabeo rollio "
         "крен 横滚角 横滚 ロール角 ロール",
-        "pitch": "pitch elevation nickwinkel nicken tangage cabeceo beccheggio "
+        "pitch": "pitch elevation nickwinkel nicken nick tangage cabeceo beccheggio "
         "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
-        "yaw": "yaw heading gierwinkel gieren lacet guiñada imbardata "
+        "yaw": "yaw heading gierwinkel gieren gier lacet guiñada imbardata "
         "рыскание 偏航角 偏航 ヨー角 ヨー",
     }.items()
     for word in spellings.split()

@@ -9,7 +9,6 @@ from itertools import permutations
 
 import numpy as np
 
-from footcal_cli.core.bench.matrix import directions
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
 from footcal_cli.sniff.clocks import recorded
@@ -295,6 +294,8 @@ def _known_wrench(
 
 def _one_proportion(loads: list[ColumnGuess]) -> bool:
     """Whether known loads rise and fall together: no crosstalk can be seen."""
+    from footcal_cli.core.bench.matrix import directions
+
     table = np.column_stack([numbers_of(c) for c in loads])
     return directions(table[np.isfinite(table).all(axis=1)]) < len(loads)
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import re
 
-ADDED, REMOVED = "added_", "removed_"
-"""How groups begin whose numbers are counted up and down instead of replacing what held."""
+ADDED, REMOVED, ZERO = "added_", "removed_", "zero_"
+"""How groups begin that do not say what holds: counted up or down, or that nothing lies there."""
 
 
 class Carried:
@@ -18,7 +18,8 @@ class Carried:
     ----------
     expression
         Regular expression with named groups; empty for no such lines. Groups called
-        ``added_<name>`` and ``removed_<name>`` change the column ``<name>``, which begins at 0.
+        ``added_<name>`` and ``removed_<name>`` change the column ``<name>``, which begins at 0;
+        where ``zero_<name>`` is found, the column is 0 and the others stay.
     """
 
     def __init__(self, expression: str) -> None:
@@ -37,13 +38,15 @@ class Carried:
         found = self._between.search(line) if self._between is not None else None
         if found is None:
             return False
-        holds = dict(self.holds)
-        for group, said in found.groupdict().items():
-            name, sign = _named(group)
-            if not sign:
-                holds[name] = said
-            elif said is not None:
-                now = float(holds[name] or 0) + sign * float(said.replace(",", "."))
+        said = [(*_named(group), word) for group, word in found.groupdict().items()]
+        zeros = {name: "0" for name, way, word in said if way == ZERO and word is not None}
+        holds = self.holds | zeros
+        for name, way, word in said if not zeros else ():
+            if not way:
+                holds[name] = word
+            elif word is not None:
+                sign = 1 if way == ADDED else -1
+                now = float(holds[name] or 0) + sign * float(word.replace(",", "."))
                 holds[name] = f"{now:.10g}"
         self.holds = holds
         return True
@@ -56,12 +59,15 @@ def carried_names(expression: str) -> list[str]:
 
 def _groups(expression: str) -> dict[str, bool]:
     """Columns by name, and whether their numbers are counted up and down."""
-    groups = re.compile(expression).groupindex if expression else {}
-    return {name: bool(sign) for name, sign in map(_named, groups)}
+    groups: dict[str, bool] = {}
+    for group in re.compile(expression).groupindex if expression else ():
+        name, way = _named(group)
+        groups[name] = groups.get(name, False) or way in (ADDED, REMOVED)
+    return groups
 
 
-def _named(group: str) -> tuple[str, int]:
-    for start, sign in ((ADDED, 1), (REMOVED, -1)):
-        if group.startswith(start) and group != start:
-            return group.removeprefix(start), sign
-    return group, 0
+def _named(group: str) -> tuple[str, str]:
+    for way in (ADDED, REMOVED, ZERO):
+        if group.startswith(way) and group != way:
+            return group.removeprefix(way), way
+    return group, ""

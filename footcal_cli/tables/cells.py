@@ -72,8 +72,8 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
                 said = _plain_number(said, reading.layout)
                 words.append(_in_unit(said, found["unit"] or "", place, raw.row(at), path))
                 continue
-            if re.fullmatch(r"[-+]?[\d.,' ]+", said):
-                said = _plain_number(said, reading.layout)
+        if said not in place.names and re.fullmatch(r"[-+]?[\d.,' ]+", said):
+            said = _plain_number(said, reading.layout)
         words.append(place.names.get(said, said))
     return replace(raw, values=np.array(words, dtype=object))
 

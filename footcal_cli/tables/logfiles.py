@@ -113,11 +113,15 @@ def raw_columns(
                 f"{MOST_VALUES / 1e6:.0f} million values", file=path,
                 remedy="cut the log, or leave out rows",
             )  # fmt: skip
-        try:
-            table = file.read(columns=list(names), use_threads=False)
+        try:  # one after the other: of a long log two tables need not be held
+            return {
+                name: of_arrow(
+                    file.read(columns=[name], use_threads=False).column(name), name, path
+                )
+                for name in names
+            }
         except (pa.ArrowException, OSError) as error:
             raise unreadable(path, error) from None
-        return {name: of_arrow(table.column(name), name, path) for name in names}
     frame, lines = text_table(path, layout or Layout(), texts)
     return {name: of_series(frame[name], lines) for name in names}
 

@@ -146,7 +146,7 @@ class Layout:
     carried
         Regular expression with named groups: a line that it finds itself in sets columns that hold
         for the rows below, as a weight typed between the readings does. Groups ``added_load`` and
-        ``removed_load`` count the column ``load`` up and down.
+        ``removed_load`` count the column ``load`` up and down, ``zero_load`` makes it 0.
     pivot
         A row for each foot or cell, turned into one row per sample; None where it is one already.
     """

@@ -224,7 +224,7 @@ def _canonical(
         for name, place in places.found.items():
             data[name], read = canonical(raw[name], wanted[name], place, gravity_mps2, path)
             read_as += [read] if read is not None else []
-        frame, lost = _with_readings(pd.DataFrame(data), wanted, places, path)
+        frame, lost = _with_readings(pd.DataFrame(data, copy=False), wanted, places, path)
         frames.append(frame)
         findings += [*passed_over(places, path), *lost]
     frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)

@@ -6,10 +6,11 @@ thousandth of an inch and ``kp`` as nothing, where whoever wrote them meant some
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import UsageError, nearest
@@ -40,6 +41,34 @@ SPELLINGS = {
     "Nmm": "newton * millimeter", "Ncm": "newton * centimeter",
 }  # fmt: skip
 """Short spellings that are taken -> the unit in full."""
+
+_MASS, _LENGTH, _TIME = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)
+_FORCE, _PRESSURE, _VOLTAGE = (1, 1, -2, 0), (1, -1, -2, 0), (1, 2, -3, -1)
+_ACCELERATION, _RATE, _NUMBER = (0, 1, -2, 0), (0, 0, -1, 0), (0, 0, 0, 0)
+_POUND_KG, _G0_MPS2, _INCH_M = 0.45359237, 9.80665, 0.0254
+_SIZES: dict[str, tuple[float, tuple[int, ...]]] = {
+    "newton": (1.0, _FORCE), "millinewton": (1e-3, _FORCE), "centinewton": (1e-2, _FORCE),
+    "decanewton": (10.0, _FORCE), "kilonewton": (1e3, _FORCE), "meganewton": (1e6, _FORCE),
+    "kilogram_force": (_G0_MPS2, _FORCE), "gram_force": (1e-3 * _G0_MPS2, _FORCE),
+    "pound_force": (_POUND_KG * _G0_MPS2, _FORCE),
+    "ounce_force": (_POUND_KG / 16 * _G0_MPS2, _FORCE),
+    "kilogram": (1.0, _MASS), "gram": (1e-3, _MASS), "milligram": (1e-6, _MASS),
+    "metric_ton": (1e3, _MASS), "pound": (_POUND_KG, _MASS), "ounce": (_POUND_KG / 16, _MASS),
+    "meter": (1.0, _LENGTH), "decimeter": (0.1, _LENGTH), "centimeter": (1e-2, _LENGTH),
+    "millimeter": (1e-3, _LENGTH), "micrometer": (1e-6, _LENGTH), "kilometer": (1e3, _LENGTH),
+    "inch": (_INCH_M, _LENGTH), "foot": (12 * _INCH_M, _LENGTH),
+    "second": (1.0, _TIME), "millisecond": (1e-3, _TIME), "microsecond": (1e-6, _TIME),
+    "nanosecond": (1e-9, _TIME), "minute": (60.0, _TIME), "hour": (3600.0, _TIME),
+    "radian": (1.0, _NUMBER), "milliradian": (1e-3, _NUMBER), "degree": (math.pi / 180, _NUMBER),
+    "turn": (2 * math.pi, _NUMBER), "count": (1.0, _NUMBER),
+    "revolutions_per_minute": (2 * math.pi / 60, _RATE),
+    "standard_gravity": (_G0_MPS2, _ACCELERATION),
+    "pascal": (1.0, _PRESSURE), "hectopascal": (1e2, _PRESSURE), "kilopascal": (1e3, _PRESSURE),
+    "megapascal": (1e6, _PRESSURE), "bar": (1e5, _PRESSURE), "millibar": (1e2, _PRESSURE),
+    "pound_force_per_square_inch": (_POUND_KG * _G0_MPS2 / _INCH_M**2, _PRESSURE),
+    "volt": (1.0, _VOLTAGE), "millivolt": (1e-3, _VOLTAGE), "microvolt": (1e-6, _VOLTAGE),
+}  # fmt: skip
+"""In SI units, with powers of kg, m, s and A: no registry is built for what most logs hold."""
 
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 """In s."""
@@ -157,9 +186,12 @@ def _full_name(word: str, whole: str) -> str:
             f"unit '{whole}': '{word}' is not clear", remedy=f"write {' or '.join(MEANT[word])}"
         )
     if len(word) > _SHORT and word.islower():
+        name = word.replace("metre", "meter")
+        known = next((n for n in (name, name.removesuffix("s")) if n in _SIZES), "")
+        if known:
+            return known
         import pint
 
-        name = word.replace("metre", "meter")
         try:
             return str(_registry().get_name(name))
         except (pint.errors.UndefinedUnitError, pint.errors.DefinitionSyntaxError, ValueError):
@@ -185,21 +217,56 @@ def conversion(unit: str, to: str, gravity_mps2: float) -> Conversion:
     UsageError
         For a unit nobody knows, or one of another quantity.
     """
-    registry = _registry()
     named, wanted = parse_unit(unit), parse_unit(to)
+    if named == wanted:
+        return Conversion(named, wanted, 1.0)
+    source, target = _size(named), _size(wanted)
+    if source is None or target is None:
+        return _by_registry(named, wanted, gravity_mps2) or _refuse(unit, named, to)
+    if source[1] == _MASS and target[1] == _FORCE:
+        return Conversion(named, wanted, source[0] * gravity_mps2 / target[0], weighed=True)
+    # a radian is as dimensionless as a count
+    if source[1] != target[1] or (named.name == "count") != (wanted.name == "count"):
+        _refuse(unit, named, to)
+    return Conversion(named, wanted, source[0] / target[0])
+
+
+def _refuse(unit: str, named: Unit, to: str) -> NoReturn:
+    raise UsageError(
+        f"unit '{unit}' ({named.name}) is not one of the same quantity as '{to}'",
+        remedy=f"give a unit that converts to {to}"
+        + (", such as g0 (standard gravity)" if to == "m/s^2" else ""),
+    )
+
+
+def _size(unit: Unit) -> tuple[float, tuple[int, ...]] | None:
+    """A unit in SI units, and its powers of kg, m, s and A; None where a name is pint's alone."""
+    size, powers, sign = 1.0, [0, 0, 0, 0], 1
+    for piece in re.findall(r"/|\([^)]*\)(?: \*\* -?\d)?|\w+(?: \*\* -?\d)?", unit.name):
+        if piece == "/":
+            sign = -1
+            continue
+        atom, _, power = piece.partition(" ** ")
+        own = _size(Unit(atom[1:-1])) if atom.startswith("(") else _SIZES.get(atom)
+        if own is None:
+            return None
+        times = sign * int(power or 1)
+        size *= own[0] ** times
+        powers = [p + times * q for p, q in zip(powers, own[1], strict=True)]
+        sign = 1
+    return size, tuple(powers)
+
+
+def _by_registry(named: Unit, wanted: Unit, gravity_mps2: float) -> Conversion | None:
+    """A conversion of units with other names, or with another zero; None where there is none."""
+    registry = _registry()
     source, target = registry.Unit(named.name), registry.Unit(wanted.name)
     if source.is_compatible_with("kg") and target.is_compatible_with("N"):
         source_n = float(registry.Quantity(1.0, source).to("kg").magnitude) * gravity_mps2
         slope = source_n / float(registry.Quantity(1.0, target).to("N").magnitude)
         return Conversion(named, wanted, slope, weighed=True)
-    # to pint a radian is as dimensionless as a count
-    counted = [name.name == "count" for name in (named, wanted)]
-    if counted[0] != counted[1] or not source.is_compatible_with(target):
-        raise UsageError(
-            f"unit '{unit}' ({named.name}) is not one of the same quantity as '{to}'",
-            remedy=f"give a unit that converts to {to}"
-            + (", such as g0 (standard gravity)" if to == "m/s^2" else ""),
-        )
+    if "count" in (named.name, wanted.name) or not source.is_compatible_with(target):
+        return None
     offset = float(registry.Quantity(0.0, source).to(target).magnitude)
     slope = float(registry.Quantity(1.0, source).to(target).magnitude) - offset
     return Conversion(named, wanted, slope, offset)

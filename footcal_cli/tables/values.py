@@ -15,10 +15,10 @@ from footcal_cli.tables.columns import Column
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.textfiles import short
 
-LARGEST = 1e30
-"""No reading is larger; squares and their sums stay far from overflow."""
 EXACT = 2**53
 """Integers up to here are exact as float64."""
+_LARGEST, _LARGEST_LOAD = 1e30, 1e12
+"""No reading is larger, and no load in any unit; of a stream samples beyond sense are left out."""
 _DAY_NS = 86_400 * 10**9
 _TRUE_AND_FALSE = {"true": 1.0, "false": 0.0}
 HEXADECIMAL = r"0[xX][0-9A-Fa-f]{1,12}"
@@ -61,14 +61,15 @@ def numbers(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
             "an integer above 2^53, which no calculation keeps exactly",
             np.asarray(large), raw, spec, name, unit, path,
         )  # fmt: skip
-        return values
-    values = values.astype(np.float64)
-    if spec.missing == "refuse":
-        _refuse("empty cell or NaN", np.isnan(values), raw, spec, name, unit, path)
-    _refuse("infinite value", np.isinf(values), raw, spec, name, unit, path)
-    largest = EXACT if spec.unit == "count" else LARGEST
+    else:
+        values = values.astype(np.float64, copy=False)
+        if spec.missing == "refuse":
+            _refuse("empty cell or NaN", np.isnan(values), raw, spec, name, unit, path)
+        _refuse("infinite value", np.isinf(values), raw, spec, name, unit, path)
+    rows_count = spec.missing == "refuse" and spec.unit != "s"
+    largest = EXACT if spec.unit == "count" else _LARGEST_LOAD if rows_count else _LARGEST
     with np.errstate(invalid="ignore"):
-        huge = np.abs(values) > largest
+        huge = (values > largest) | (values < -largest)
     _refuse("too large to be a reading", huge, raw, spec, name, unit, path)
     return values
 

@@ -90,6 +90,14 @@ def test_what_is_no_number_is_no_reading(tmp_path: Path, values: object) -> None
         read_table(path, weights_table(), gravity_mps2=GRAVITY)
 
 
+@pytest.mark.parametrize("load", [9007199254740993.0, 10**13, -2e12])
+def test_a_load_of_a_mountain_is_no_load(tmp_path: Path, load: float) -> None:
+    path = tmp_path / "log.parquet"
+    pd.DataFrame({"channel": "a", "load_n": [0, load], "counts": [1, 2]}).to_parquet(path)
+    with pytest.raises(DataError, match="load_n, row 2: too large to be a reading"):
+        read_table(path, weights_table(), gravity_mps2=GRAVITY)
+
+
 @pytest.mark.parametrize("value", ['"5.3"', "true", "[5.3]"])
 def test_a_text_or_a_boolean_is_no_number_in_a_recipe(
     run: Run, log: Path, tmp_path: Path, value: str

@@ -269,3 +269,13 @@ def test_explain_and_refusals(run: Run, tmp_path: Path) -> None:
     )
     assert unknown.exit_code == 2
     assert "gremlins" in unknown.err
+
+
+def test_a_log_of_another_experiment_says_which_option_names_it(
+    run: Run, repository: Path, tmp_path: Path
+) -> None:
+    logs = repository / "sample_data/biped"
+    walk = (logs / "walk_004_faulty_cells.parquet", logs / "walk_004_faulty_body.parquet")
+    answer = run("diagnose", *walk, "--out", tmp_path / "out")
+    assert answer.exit_code == 3
+    assert "read as weights; say what it is by --experiment (placements, stand, walk" in answer.err

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import time
 import weakref
+from pathlib import Path
 
 import pytest
 
@@ -69,3 +71,22 @@ def test_a_signal_during_the_first_imports_ends_in_one_sentence(
     assert done.returncode == code
     assert done.stdout == ""
     assert done.stderr == "footcal: interrupted, nothing half-written\n"
+
+
+@pytest.mark.parametrize(("gate_n", "code"), [(10.0, 0), (1e-9, 1)])
+def test_a_reader_who_leaves_changes_no_exit_code(tmp_path: Path, gate_n: float, code: int) -> None:
+    """``footcal … | head -1`` under ``pipefail``."""
+    log = tmp_path / "weights.csv"
+    rows = [f"a,{load},{8000 + 300 * load + load % 3}" for load in range(12)]
+    log.write_text("\n".join(["channel,load_n,counts", *rows]) + "\n")
+    ours, theirs = os.pipe()
+    os.close(ours)  # nobody reads
+    words = ["offline-fit", log, "--max-rmse-n", gate_n, "--out", tmp_path / "out"]
+    done = subprocess.run(
+        [sys.executable, "-m", "footcal_cli", *map(str, words), "--no-pictures"],
+        stdout=theirs, stderr=subprocess.PIPE, check=False,
+    )  # fmt: skip
+    os.close(theirs)
+    assert done.returncode == code, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert (tmp_path / "out" / "run.json").exists()

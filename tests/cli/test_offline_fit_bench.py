@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.signal import lfilter
 
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import (
@@ -18,6 +19,7 @@ from footcal_cli.records.results import (
     RunRecord,
     TruthRecord,
 )
+from footcal_cli.sheets import bench
 from tests.cli.test_diagnose_together import BRIDGES, loaded_together, under_wrenches
 from tests.conftest import Run, drawing
 from tests.core.bench_data import Staircase
@@ -256,6 +258,38 @@ def test_a_recording_is_cut_into_holds_with_reasons(run: Run, tmp_path: Path) ->
     )  # fmt: skip
     assert answer.exit_code in (0, 3), answer.err
     assert "footcal: internal error" not in answer.err
+
+
+def test_a_long_recording_that_remembers_is_predicted_at_every_so_many_th_sample(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(3)
+    load = np.repeat(np.tile([0.0, 20, 40, 60, 40, 20], 3), 1200)
+    crept = lfilter([1 / 401], [1, -400 / 401], load)  # 40 s at 10 Hz
+    force = load + 0.02 * crept + 0.02 * rng.normal(size=load.size)
+    log = tmp_path / "stream.parquet"
+    stamps = np.arange(load.size) / 10.0
+    counts = np.rint((force - 280.0) / -3.4e-5)
+    pd.DataFrame({"time_s": stamps, "load_n": load, "cell_counts": counts}).to_parquet(log)
+    recipe = tmp_path / "r.toml"
+    recipe.write_text('[robot]\nchannels = ["cell"]\n')
+    found = []
+    for most in (bench._MOST_AT_ONCE, 1000):
+        monkeypatch.setattr(bench, "_MOST_AT_ONCE", most)
+        out = tmp_path / str(most)
+        assert run("offline-fit", log, "--recipe", recipe, "--out", out).exit_code == 0
+        found.append(pd.read_parquet(out / "predictions.parquet"))
+    whole, thin = found
+    assert "creep" in whole.model.iloc[0]
+    assert len(whole) == load.size
+    assert len(thin) == 982  # every 22nd
+    there = whole.iloc[::22].reset_index(drop=True)
+    pd.testing.assert_frame_equal(
+        thin[["time_s", "counts", "state"]], there[["time_s", "counts", "state"]]
+    )
+    # from its own sample on a model forgets a step by 2.2 s of 40: 5 % of a creep of 1.2 N
+    assert (thin.predicted_n - there.predicted_n).abs().max() < 0.06
+    assert (thin.predicted_n - there.predicted_n).std() < 0.005
 
 
 def test_loads_that_do_not_match_the_holds_are_refused(run: Run, tmp_path: Path) -> None:

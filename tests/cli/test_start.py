@@ -13,8 +13,8 @@ import pytest
 from tests.conftest import REPOSITORY
 
 HEAVY = (
-    "matplotlib", "pandas", "pint", "pyarrow", "scipy.optimize", "scipy.signal", "scipy.spatial",
-    "scipy.stats",
+    "matplotlib", "pandas", "pint", "pyarrow", "scipy.ndimage", "scipy.optimize", "scipy.signal",
+    "scipy.spatial", "scipy.special", "scipy.stats",
 )  # fmt: skip
 _COUNTED = """
 import json, sys
@@ -67,6 +67,20 @@ def test_help_and_refusals_import_nothing_heavy(tmp_path: Path) -> None:
     codes = {words: code for words, (code, _) in answers.items()}
     wrong = {w: c for w, c in codes.items() if c != (0 if "--help" in w or "--version" in w else 2)}
     assert wrong == {}
+
+
+@pytest.mark.parametrize(
+    ("head", "code"), [("channel,load_kg,counts", 0), ("channel,laod_lb,counts", 3)]
+)
+def test_the_check_of_a_small_log_and_its_refusal_bring_little(
+    head: str, code: int, tmp_path: Path
+) -> None:
+    rows = [head, *(f"left_fl,{load},{8347750 - 293000 * load}" for load in (0, 1, 2, 5, 10))]
+    (tmp_path / "log.csv").write_text("\n".join(rows) + "\n")
+    words = ["check", "log.csv", "--out", "run", "--quiet", "--no-pictures"]
+    ended, heavy = brought([words], tmp_path)[" ".join(words)]
+    assert ended == code
+    assert set(heavy) <= {"pandas", "pyarrow"}
 
 
 @pytest.mark.parametrize("log", ["sample_data/bench_foot/weights.csv"])

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regressors import design_of, model_of
+from footcal_cli.core.bench.study import study_samples
 from footcal_cli.core.bench.terms import effect_term, hysteresis
 from footcal_cli.core.effects.memory_effects import CREEP, WARM_UP
 from footcal_cli.core.parameters import FloatArray
@@ -51,3 +53,17 @@ def test_a_search_over_two_grids_makes_each_column_once_and_the_same() -> None:
     for at in (*model.starts, between, *model.starts, between):
         np.testing.assert_array_equal(model.design(at), design_of(record, load, plain, at))
     assert len(made) == sum(grids) + 2 * len(plain)  # between the grids nothing is remembered
+
+
+def test_a_long_recording_keeps_its_creep() -> None:
+    """Means over a share of eight hours would average a creep of a minute out of its first rows."""
+    rng = np.random.default_rng(5)
+    load = np.repeat(np.tile([0.0, 20.0, 40.0, 60.0, 40.0, 20.0], 8), 600)
+    crept = lfilter([1 - np.exp(-1 / 60)], [1, -np.exp(-1 / 60)], load)  # at 1 Hz
+    reading = (load + 0.003 * crept + 0.002 * rng.normal(size=load.size) + 5.0) / 3e-5
+    time, one = np.arange(load.size, dtype=float), np.zeros(load.size, dtype=np.int64)
+    study = study_samples(BenchRecord("cell", load, reading, time, one), most_degree=1)
+    assert study.model == "creep"
+    found = dict(zip(study.estimates.names, study.estimates.values, strict=True))
+    assert found["cell.creep"] == pytest.approx(0.003, rel=0.03)
+    assert found["cell.creep_time"] == pytest.approx(60.0, rel=0.03)

@@ -97,6 +97,18 @@ def test_a_faulty_cell_under_one_foot_is_no_wrong_mass() -> None:
     )
 
 
+@pytest.mark.filterwarnings("error")
+def test_feet_are_weighed_by_the_rows_that_all_their_cells_have() -> None:
+    forces, contact, demand = stepping(5.5)
+    forces[::3, 1] = np.nan
+    every = [(0, 1), (2, 3)]
+    found = weighed_by_each_foot(forces, contact, every, demand, np.full(4, 0.02), 5.0)
+    assert found is not None
+    assert found.mass_kg == pytest.approx(5.5)
+    forces[:, 1] = np.nan
+    assert weighed_by_each_foot(forces, contact, every, demand, np.full(4, 0.02), 5.0) is None
+
+
 @pytest.mark.parametrize("cells_sd", [0.0007, 0.007, 0.05])
 def test_scales_fitted_to_a_stated_mass_are_as_unsure_as_it_is(cells_sd: float) -> None:
     """Robots and cells drawn: the scales carry the error of the mass, whatever the cells say."""

@@ -74,7 +74,8 @@ def run(arguments: list[str] | None = None) -> int:
             "faults", total=len(jobs), console=console, disable=not console.is_terminal,
         )
     )  # fmt: skip
-    write_page(found, [job.key for job in jobs], given.page, broken_before(kept))
+    drawn_by = f"--cases {given.cases} --seed {given.seed}"
+    write_page(found, [job.key for job in jobs], given.page, broken_before(kept), drawn_by)
     broken = sum(bool(outcome.violations) for outcome in found)
     sys.stdout.write(f"{len(found)} tried, {broken} broke a promise: {given.page}\n")
     return 1 if broken else 0

@@ -37,8 +37,9 @@ _COUNTED = {
 
 
 def write_page(
-    outcomes: Sequence[Outcome], planned: Sequence[str], page: Path, before: Sequence[Outcome] = ()
-) -> None:
+    outcomes: Sequence[Outcome], planned: Sequence[str], page: Path,
+    before: Sequence[Outcome] = (), drawn_by: str = "",
+) -> None:  # fmt: skip
     """Write the page.
 
     Parameters
@@ -49,6 +50,8 @@ def write_page(
         Keys of all jobs.
     before
         What broke a promise at first; `outcomes` holds what came of it on the code of today.
+    drawn_by
+        Arguments that draw the corpus again.
     """
     count = Counter(o.part for o in outcomes)
     broken = [o for o in outcomes if o.violations]
@@ -56,7 +59,8 @@ def write_page(
         "# Reliability",
         "",
         "Written by `make faults`: what was tried to make footcal misread a log, lose a result or "
-        "touch an input, and what came of it. Every case is drawn by seed and can be repeated.",
+        "touch an input, and what came of it. Every case is drawn by seed and can be repeated"
+        + (f" (`python -m tests.faults {drawn_by}`)." if drawn_by else "."),
         "",
         f"{count['input']} bad inputs, {count['machine'] + count['kill'] + count['race']} injected "
         f"faults and {count['relation']} relations were tried"

@@ -152,6 +152,18 @@ PROMISES: tuple[tuple[str, str, str], ...] = (
     ("a busy worker of a killed `batch` goes on, and the next run finds its session locked",
      "it ends with the run that started it",
      f"{_BATCH}::test_a_worker_ends_with_the_run_that_started_it"),
+    ("`--- empty ---` between readings is skipped and the load above holds on: a scale 4 % off",
+     "nothing lies there from that line on",
+     "tests/sniff/test_typed_loads.py::"
+     "test_every_load_holds_for_its_readings_and_a_word_for_none_is_none"),
+    ("a load of 9·10¹⁵ N ends `diagnose` with exit code 70", "refused with its row",
+     "tests/cli/test_accounted.py::test_a_load_of_a_mountain_is_no_load"),
+    ("`diagnose` of a foot whose cells have no reading in common warns of an all-NaN slice",
+     "the robot is not weighed by it",
+     "tests/core/test_weighed.py::test_feet_are_weighed_by_the_rows_that_all_their_cells_have"),
+    ("a command that is piped into `head -1` ends with 1, as if a gate was missed",
+     "the exit code of the run",
+     "tests/cli/test_interruption.py::test_a_reader_who_leaves_changes_no_exit_code"),
 )  # fmt: skip
 """What happened once, what happens now, and the test that guards it."""
 

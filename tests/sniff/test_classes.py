@@ -74,6 +74,19 @@ def test_a_file_that_is_joined_to_itself_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "axis"),
+    [
+        ("linker Fuß Gier [°]", "yaw"),
+        ("Nick (deg)", "pitch"),
+        ("Wank [°]", "roll"),
+        ("Lacet", "yaw"),
+    ],
+)
+def test_angles_bear_their_axis_in_words(name: str, axis: str) -> None:
+    assert (name_guess(name).quantity, name_guess(name).axis) == ("angle", axis)
+
+
+@pytest.mark.parametrize(
     ("name", "quantity"),
     [
         ("center of pressure x", "cop"), ("Druckpunkt X", "cop"), ("centro de presión y", "cop"),

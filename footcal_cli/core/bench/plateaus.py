@@ -11,7 +11,6 @@ from enum import IntEnum
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import parts_of
@@ -141,6 +140,8 @@ def find_outliers(
     dropout, glitch
         Shape (n,) each; no sample is both.
     """
+    from scipy.ndimage import median_filter
+
     options = options or PlateauOptions()
     dropout = ~np.isfinite(reading) | np.isin(reading, options.dropout_codes)
     if dropout.all():
@@ -195,6 +196,7 @@ def find_plateaus(
     low, high = np.quantile(reading[used], [0.01, 0.99])
     max_change, max_scatter = _tolerances(reading[used], scatter, options)
     still = (np.abs(slope) * options.window_s <= max_change) & (scatter <= max_scatter)
+    del slope, scatter  # a day at 80 Hz: 110 MB
     at = np.flatnonzero(used)
     number = 0
     for first, last in _runs(time_s[at], still):

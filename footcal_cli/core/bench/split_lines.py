@@ -8,9 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtrc
 
-from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _RCOND = 1e-12
@@ -51,6 +49,8 @@ def split_lines(force: FloatArray, read: FloatArray, codes: IntArray) -> SplitLi
     SplitLines | None
         None where a row has no group, or a group too few rows or one load alone.
     """
+    from scipy.special import fdtrc
+
     if codes.size != force.size:
         return None
     good = np.isfinite(force) & np.isfinite(read)
@@ -84,4 +84,6 @@ def split_lines(force: FloatArray, read: FloatArray, codes: IntArray) -> SplitLi
 
 def _residual(design: FloatArray, y: FloatArray) -> float:
     """Sum of squares that a linear model leaves of y, shape (n,)."""
+    from footcal_cli.core.inference.linear import left_by
+
     return float(np.sum(left_by(design, y, _RCOND) ** 2))

@@ -30,7 +30,9 @@ FEWEST_ROWS = 10
 """Below this many rows nothing beyond scale and bias is looked for."""
 FEWEST_LOADS = 3
 ROWS_FOR_FITS = 400
-"""A running recording is condensed to about this many means."""
+"""A running recording is condensed to about this many means …"""
+LONGEST_S, MOST_ROWS = 30.0, 3000
+"""… each over no longer than this, or creep were averaged out; but no more than so many."""
 _CHANGED = (0.0, 0.5, 1.0)
 """Shares of a pause without rows after which a load may have been changed."""
 _SURELY = 10.0
@@ -313,7 +315,12 @@ def _study_moving(record: BenchRecord, asked: Asked, options: PlateauOptions) ->
 
 def _condensed(record: BenchRecord) -> BenchRecord:
     span = float(sum(np.ptp(record.time_s[part]) for part in record.sessions()))
-    return condense(record, max(span / ROWS_FOR_FITS, 1e-9))
+    return condense(record, _interval(span))
+
+
+def _interval(span_s: float) -> float:
+    """Over how many seconds of a recording a mean is taken."""
+    return max(min(span_s / ROWS_FOR_FITS, LONGEST_S), span_s / MOST_ROWS, 1e-9)
 
 
 def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[float]) -> Samples:
@@ -383,7 +390,7 @@ def _creep_of(samples: Samples) -> tuple[Relaxation | None, Waiting | None]:
         "hold", np.where(at, samples.hold, np.nan), samples.good.reading, record.time_s,
         np.zeros(len(record), dtype=np.int64),
     )  # fmt: skip
-    short = condense(dense, max(span / (2 * ROWS_FOR_FITS), 1e-9))
+    short = condense(dense, _interval(span) / 2.0)
     hold = np.where(short.known, np.nan_to_num(short.load_n, nan=-1.0), -1.0).astype(np.int64)
     found: list[Relaxation] = []
     for constants in (1, 2):

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -56,24 +55,29 @@ def find_spells(
         Step of the converter.
     """
     found = np.zeros(reading.size, dtype=bool)
-    good = np.flatnonzero(np.isfinite(reading))
-    if good.size < _FEWEST:
+    finite = np.isfinite(reading)
+    level = reading if finite.all() else reading[finite]
+    if level.size < _FEWEST:
         return found
-    level, steps = reading[good], np.diff(reading[good])
-    size = np.abs(steps)
-    beside = np.maximum(np.r_[0.0, size[:-1]], np.r_[size[1:], 0.0])
+    steps = np.diff(level)
+    edges = np.flatnonzero(_abrupt(steps, resolution))
     # what moves takes several samples
-    abrupt = _abrupt(steps, resolution) & (beside < BACK * size)
+    around = np.abs(np.r_[0.0, steps, 0.0][edges[:, None] + [0, 2]])
+    edges = edges[around.max(axis=1, initial=0.0) < BACK * np.abs(steps[edges])]
+    if not edges.size:
+        return found
+    good = np.flatnonzero(finite)
     if held is not None:
         turned = np.abs(np.diff(_between(held)[good], axis=0))
-        abrupt &= ~np.any(turned > ABRUPT * np.nanmedian(turned, axis=0), axis=1)
-    edges = np.flatnonzero(abrupt)
+        edges = edges[~np.any(turned[edges] > ABRUPT * np.nanmedian(turned, axis=0), axis=1)]
+        if not edges.size:
+            return found
     longest, end, levels = LONGEST * good.size, -1, _levels(level)
     for i, out in enumerate(edges):
         if out <= end:
             continue
         later = edges[i + 1 : i + 1 + _TRIED]
-        later, near = later[later <= out + longest], BACK * size[out]
+        later, near = later[later <= out + longest], BACK * abs(steps[out])
         back = next((b for b in later if abs(levels[b + _NEAR] - levels[out]) <= near), None)
         if back is not None:
             found[good[out] + 1 : good[back] + 1] = True
@@ -97,15 +101,17 @@ def _between(held: FloatArray) -> FloatArray:
 
 def _abrupt(steps: FloatArray, resolution: float) -> BoolArray:
     """Steps that no noise makes, shape (n,)."""
-    known = steps[np.isfinite(steps)]
-    usual = median_sd(known) if known.size else 0.0
+    known = np.isfinite(steps)
+    usual = median_sd(steps if known.all() else steps[known]) if known.any() else 0.0
     return np.abs(steps) > ABRUPT * max(usual, resolution)
 
 
 def _levels(values: FloatArray) -> FloatArray:
     """Median of each sample and the two before it, beyond the end of the last one, (n + 3,)."""
     ends = np.r_[np.repeat(values[0], _NEAR - 1), values, np.repeat(values[-1], _NEAR)]
-    return np.asarray(np.median(sliding_window_view(ends, _NEAR), axis=1))
+    first, second, third = ends[:-2], ends[1:-1], ends[2:]
+    larger = np.maximum(first, second)
+    return np.asarray(np.maximum(np.minimum(first, second), np.minimum(larger, third)))
 
 
 def spells_of(wrench: FloatArray, held: FloatArray | None = None) -> BoolArray:

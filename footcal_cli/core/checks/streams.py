@@ -28,6 +28,10 @@ GAINS = 0.2
 """Feet that are not calibrated may differ so much in gain: load that moves between them shows."""
 LET_GO, FOLLOWS = 1.5, 0.8
 """Change of a cell's gain beside its siblings, and the correlation in each half that shows it."""
+_MOST_FITTED = 200_000
+"""Rows of a long log that a gain is fitted to."""
+_MOST_HEARD = 2**20
+"""Samples in which a line is looked for: the first hours of a long log."""
 HUM_BY_CHANCE, HUM_SHARE, HUM_OTHERS = 1e-8, 0.01, 0.2
 """Fisher's probability of a line, its amplitude over the range, and its power beside others'."""
 HUM_ALONE = 8.0
@@ -68,8 +72,7 @@ def check_word(name: str, counts: FloatArray) -> Iterator[Finding]:
 
 def _lost(words: np.ndarray, bit: int) -> bool:
     """Whether readings fill halves of blocks of two to the `bit` and leave the others empty."""
-    halves = words >> bit
-    if np.unique(halves & 1).size > 1:
+    if np.ptp((words >> bit) & 1):
         return False
     quarters = np.unique(words >> (bit - _SUB_BINS))
     _, filled = np.unique(quarters >> _SUB_BINS, return_counts=True)
@@ -185,11 +188,11 @@ def _late(force: FloatArray, names: Sequence[str], step_s: float) -> Iterator[Fi
         return
     most = min(round(LATEST_S / step_s), len(force) // 10)
     shifts = np.arange(-most, most + 1)
-    core = slice(most, len(force) - most)
-    left = np.array([np.var(first[core] + np.roll(second, -k)[core]) for k in shifts])
+    core, width = first[most : len(force) - most], len(force) - 2 * most
+    left = np.array([np.var(core + second[most + k : most + k + width]) for k in shifts])
     best = int(np.argmin(left))
     at_rest = left[most]
-    walks = np.corrcoef(first[core], np.roll(second, -shifts[best])[core])[0, 1] < -FOLLOWS
+    walks = np.corrcoef(core, second[best : best + width])[0, 1] < -FOLLOWS
     if walks and left[best] < HALF * at_rest and abs(shifts[best]) * step_s > LATE_S:
         later = names[1] if shifts[best] > 0 else names[0]
         yield Finding(
@@ -209,7 +212,8 @@ def check_gains_halfway(readings: FloatArray, names: Sequence[str]) -> Iterator[
     readings
         Of the cells of one foot, shape (n, c).
     """
-    good = readings[np.isfinite(readings).all(axis=1)]
+    some = readings[:: -(-len(readings) // _MOST_FITTED) or 1]
+    good = some[np.isfinite(some).all(axis=1)]
     if len(good) < 2 * _FEWEST or len(names) < 3:
         return
     halves = np.array_split(good, 2)
@@ -219,14 +223,15 @@ def check_gains_halfway(readings: FloatArray, names: Sequence[str]) -> Iterator[
         others = np.delete(np.arange(len(names)), i)
         design = [np.column_stack([np.ones(len(h)), h[:, others]]) for h in halves]
         size = np.abs(design[0]).max(axis=0)
+        for half in design:
+            half /= size
         solved = [
-            np.linalg.lstsq(d / size, h[:, i], rcond=None)[0]
-            for d, h in zip(design, halves, strict=True)
+            np.linalg.lstsq(d, h[:, i], rcond=None)[0] for d, h in zip(design, halves, strict=True)
         ]
         # how far the cell moves for what its siblings show, by either half
-        moved = [float(np.std((design[1] / size) @ s)) for s in solved]
+        moved = [float(np.std(design[1] @ s)) for s in solved]
         fits = [
-            float(np.corrcoef((d / size) @ s, h[:, i])[0, 1])
+            float(np.corrcoef(d @ s, h[:, i])[0, 1])
             for d, s, h in zip(design, solved, halves, strict=True)
         ]
         if min(fits) > FOLLOWS and not 1 / LET_GO < moved[1] / moved[0] < LET_GO:
@@ -241,16 +246,20 @@ def check_gains_halfway(readings: FloatArray, names: Sequence[str]) -> Iterator[
 @listed
 def check_hum(time_s: FloatArray, readings: FloatArray, names: Sequence[str]) -> Iterator[Finding]:
     """Find a line in the upper half of one channel's spectrum (Fisher 1929), and in no other's."""
+    time_s, readings = time_s[:_MOST_HEARD], readings[:_MOST_HEARD]
     good = np.isfinite(readings).all(axis=1)
     steps = np.diff(time_s[good])
     if good.sum() < _FEWEST or not np.median(steps) > 0 or np.ptp(steps) > np.median(steps):
         return
     step = float(np.median(steps))
-    values = readings[good] - readings[good].mean(axis=0)
-    power = np.abs(np.fft.rfft(values * np.hanning(len(values))[:, None], axis=0)) ** 2
+    values = readings if good.all() else readings[good]
     frequency = np.fft.rfftfreq(len(values), step)
     upper = frequency > frequency[-1] / 2
-    power = power[upper]
+    window = np.hanning(len(values))
+    # one after the other: of a long log a spectrum takes as much room as the channel
+    power = np.column_stack([
+        np.abs(np.fft.rfft((own - own.mean()) * window)[upper]) ** 2 for own in values.T
+    ])  # fmt: skip
     scale = np.maximum(np.var(values, axis=0), 1e-300)
     for i, name in enumerate(names):
         whole = float(power[:, i].sum())

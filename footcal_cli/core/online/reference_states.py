@@ -96,6 +96,7 @@ def _as_cells_have_it(log: Log, belief: Belief) -> Log:
     moment = np.einsum("nca,nc->na", known["cell_pos_m"], forces)
     with np.errstate(divide="ignore", invalid="ignore"):
         level = (com[:, :2] * fz[:, None] - moment) / (known["mass_kg"] * com[:, 2])[:, None]
+        level = np.where(np.isfinite(level), level, np.nan)  # a CoM on the floor
     up = fz / known["mass_kg"] - known["gravity_mps2"]
     return log.with_known(
         com_acc_mps2=np.column_stack([level, up]),

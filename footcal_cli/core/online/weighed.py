@@ -138,13 +138,15 @@ def weighed_by_each_foot(
     weighed = []
     for cells in feet:
         mine = np.isin(np.arange(forces_n.shape[1]), cells)
-        up, others = contact[:, mine].max(axis=1) == 0.0, contact[:, ~mine].max(axis=1, initial=0.0)
-        alone = (contact[:, mine].min(axis=1) == 1.0) & (others == 0.0) & np.isfinite(demand_n)
+        known, others = np.isfinite(forces_n[:, mine]).all(axis=1), contact[:, ~mine]
+        up = known & (contact[:, mine].max(axis=1) == 0.0)
+        alone = known & (contact[:, mine].min(axis=1) == 1.0) & np.isfinite(demand_n)
+        alone &= others.max(axis=1, initial=0.0) == 0.0
         if up.sum() < _FEWEST or alone.sum() < _FEWEST:
             return None
-        carried = forces_n[alone][:, mine] - np.nanmedian(forces_n[up][:, mine], axis=0)
-        ratio = float(np.nanmedian(carried.sum(axis=1) / demand_n[alone]))
-        share = np.nanmedian(carried, axis=0) / np.nanmedian(carried.sum(axis=1))
+        carried = forces_n[alone][:, mine] - np.median(forces_n[up][:, mine], axis=0)
+        ratio = float(np.median(carried.sum(axis=1) / demand_n[alone]))
+        share = np.median(carried, axis=0) / np.median(carried.sum(axis=1))
         sd = float(np.sqrt(np.sum((share * gain_sd[mine]) ** 2)))
         weighed.append(Weighed(stated_kg, stated_kg * ratio, stated_kg * sd))
     one_way = len({np.sign(w.mass_kg - stated_kg) for w in weighed}) == 1
