@@ -177,7 +177,8 @@ def test_a_drifting_walk_is_no_effect_and_forty_milliseconds_come_out_as_forty()
 
 def test_an_acceleration_that_is_late_is_no_late_stream() -> None:
     """The CoM is on time: 30 ms of delay of what was differentiated alone, to 2 ms."""
-    hidden = ("acceleration_delay", {"robot": ("robot",)}, {"robot.acceleration_delay": 0.03})
+    late = {"robot.acceleration_delay": 0.03}
+    hidden: Hidden = ("acceleration_delay", {"robot": ("robot",)}, late)
     found = investigate(walk_case(6, hidden), TABLE, describe)
     assert "acceleration_delay" in with_rivals(found)
     if "acceleration_delay" in names(found):
