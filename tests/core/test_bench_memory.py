@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regressors import design_of, model_of
-from footcal_cli.core.bench.study import study_samples
+from footcal_cli.core.bench.study import Asked, study_samples
 from footcal_cli.core.bench.terms import effect_term, hysteresis
 from footcal_cli.core.effects.memory_effects import CREEP, WARM_UP
 from footcal_cli.core.parameters import FloatArray
@@ -62,7 +62,7 @@ def test_a_long_recording_keeps_its_creep() -> None:
     crept = lfilter([1 - np.exp(-1 / 60)], [1, -np.exp(-1 / 60)], load)  # at 1 Hz
     reading = (load + 0.003 * crept + 0.002 * rng.normal(size=load.size) + 5.0) / 3e-5
     time, one = np.arange(load.size, dtype=float), np.zeros(load.size, dtype=np.int64)
-    study = study_samples(BenchRecord("cell", load, reading, time, one), most_degree=1)
+    study = study_samples(BenchRecord("cell", load, reading, time, one), Asked(most_degree=1))
     assert study.model == "creep"
     found = dict(zip(study.estimates.names, study.estimates.values, strict=True))
     assert found["cell.creep"] == pytest.approx(0.003, rel=0.03)
