@@ -118,7 +118,7 @@ samples: $(VENV)/.installed-dev  ## Rebuild sample_data/ from the physics engine
 
 .PHONY: pictures
 pictures: demo  ## Run the demo and take the pictures of README and documents from it.
-	$(FOOTCAL) simulate --experiment walk --effect imu_tilt=0.01 --recipe recipes/nao_simulated.toml \
+	$(FOOTCAL) simulate --experiment walk --effect imu_tilt=0.02 --recipe recipes/nao_simulated.toml \
 		--out $(OUT)/tilted --overwrite --quiet
 	$(FOOTCAL) diagnose $(OUT)/tilted/cells.parquet $(OUT)/tilted/body.parquet --experiment walk \
 		--recipe recipes/nao_walk.toml --parameters $(OUT)/cells/parameters.json \
