@@ -43,18 +43,8 @@ _CREEP_BIC = 10.0
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of each channel of a bench.
-
-    Parameters
-    ----------
-    method
-        Of the straight line.
-    extend
-        Whether to try more than scale and bias.
-    most_degree
-        Of the polynomials.
-    cells
-        Channels of the bench, all of which are searched for more.
+    """What is asked of each channel: method of the line, more than scale and bias, polynomials up
+    to which degree; and how many channels of the bench are asked alike.
     """
 
     method: Method = "ordinary"
