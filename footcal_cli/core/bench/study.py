@@ -43,8 +43,9 @@ _CREEP_BIC = 10.0
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of each channel: method of the line, more than scale and bias, polynomials up
-    to which degree; and how many channels of the bench are asked alike.
+    """What is asked of each of so many cells.
+
+    `extend`: more than scale and bias, with polynomials up to `most_degree`.
     """
 
     method: Method = "ordinary"
