@@ -6,11 +6,14 @@ independent claims intervals that are too short: with 2 s of memory they cover 6
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
+from scipy import optimize, stats
 from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import lfilter
 
 from footcal_cli.core.parameters import FloatArray
 
@@ -19,11 +22,23 @@ MAX_LAGS = 30
 _SAMPLES_PER_LAG = 10
 _ROUNDS = 3
 _PATIENCE = 8
+_MEMORIES = 12
+"""Memories of the slow part that are tried, from a few of the longest lags to the record."""
+_SEEN = 0.5
+"""Share of a frequency's power that the regressors may take; of others they tell too little."""
+_SURE, _UNEVEN = float(stats.chi2.isf(0.001, 3)), 1.22
+"""Of Bartlett's cumulative periodogram: its largest distance from even, times √n, at 10 %."""
+_LEAST = 1e-6
+"""Of the mean power, so that logs without noise have a logarithm."""
+_STEADY = 1e-9
+
+
+_Level: TypeAlias = Callable[[float], float]
 
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """Noise of one channel, ``n_t = Σ_j a_j n_{t−j} + e_t``.
+    """Noise of one channel, ``n_t = Σ_j a_j n_{t−j} + e_t + s_t``, ``s_t = φ s_{t−1} + d_t``.
 
     Parameters
     ----------
@@ -33,29 +48,70 @@ class ChannelNoise:
         Standard deviation of e, in the channel's unit.
     sd
         Standard deviation of n, in the channel's unit.
+    slow
+        Variance of s over that of e, and φ: what wanders for longer than the lags reach.
     """
 
     ar: FloatArray
     innovation_sd: float
     sd: float
+    slow: tuple[float, float] = (0.0, 0.0)
 
     @property
     def samples_per_effective(self) -> float:
         """Samples that weigh as much as one independent sample in the mean of a long record."""
         if self.sd == 0.0:
             return 1.0
-        return float((self.innovation_sd / (self.sd * (1.0 - self.ar.sum()))) ** 2)
+        variance, memory = self.slow
+        whole = 1.0 + variance * (1.0 + memory) / (1.0 - memory)
+        return float(whole * (self.innovation_sd / (self.sd * (1.0 - self.ar.sum()))) ** 2)
 
     def whitened(self, columns: FloatArray) -> FloatArray:
         """Columns (n, c) as the innovations see them, in units of their sd, shape (n − p, c)."""
         order = self.ar.size
         if order == 0:
-            return columns / self.innovation_sd
+            return _without_slow(columns / self.innovation_sd, *self.slow)
         rows = columns.shape[0]
         filtered = columns[order:].copy()
         for lag, weight in enumerate(self.ar, start=1):
             filtered -= weight * columns[order - lag : rows - lag]
-        return np.asarray(filtered / self.innovation_sd)
+        return _without_slow(np.asarray(filtered / self.innovation_sd), *self.slow)
+
+    def spectrum(self, angle: FloatArray) -> FloatArray:
+        """``σ² / |1 − Σ_j a_j e^{−ijω}|²`` without the slow part, at angles (k,) per row."""
+        turned = np.exp(-1j * np.outer(angle, np.arange(1, self.ar.size + 1)))
+        return np.asarray(self.innovation_sd**2 / np.abs(1.0 - turned @ self.ar) ** 2)
+
+    @property
+    def is_white(self) -> bool:
+        """Whether samples are independent."""
+        return self.ar.size == 0 and not self.slow[0]
+
+
+def _without_slow(columns: FloatArray, variance: float, memory: float) -> FloatArray:
+    """Innovations of columns (n, c) whose noise is white of sd one, and a slow part.
+
+    A scalar Kalman filter: nothing is known of where the slow part starts. Once its gain is steady
+    it is ``(1 − φB)/(1 − θB)``.
+    """
+    if not variance:
+        return columns
+    out, at = np.empty_like(columns), np.zeros(columns.shape[1])
+    spread, start = variance, len(columns)
+    for t, row in enumerate(columns):
+        out[t] = (row - at) / np.sqrt(spread + 1.0)
+        gain = spread / (spread + 1.0)
+        at = memory * (at + gain * (row - at))
+        after = memory**2 * gain + variance * (1.0 - memory**2)
+        if abs(after - spread) < _STEADY * spread:
+            start = t + 1
+            break
+        spread = after
+    rest, kept = columns[start:], memory * (1.0 - gain)
+    if len(rest):
+        ahead, _ = lfilter([memory * gain], [1.0, -kept], rest, axis=0, zi=kept * at[None])
+        out[start:] = (rest - np.vstack([at, ahead[:-1]])) / np.sqrt(spread + 1.0)
+    return out
 
 
 def fit_noise(
@@ -90,10 +146,106 @@ def fit_noise(
     channels = []
     for raw, gamma, (ar, variance) in zip(products.T, white.T, first, strict=True):
         for _ in range(_ROUNDS if ar.size else 0):
-            gamma = (raw + sum(share.taken(ar, variance) for share in shares)) / count
+            noise = ChannelNoise(ar, float(np.sqrt(variance)), 0.0)
+            gamma = raw + sum(share.taken(noise.spectrum(share.angle)) for share in shares)
+            gamma = gamma / count
             ar, variance = _levinson(gamma, total)
         channels.append(ChannelNoise(ar, float(np.sqrt(variance)), float(np.sqrt(gamma[0]))))
-    return tuple(channels)
+    if not coloured:
+        return tuple(channels)
+    return _with_slow_parts(channels, residuals, regressors, products, count, shares)
+
+
+def _with_slow_parts(
+    channels: Sequence[ChannelNoise],
+    residuals: Sequence[FloatArray],
+    regressors: Sequence[FloatArray],
+    products: FloatArray,
+    count: FloatArray,
+    shares: Sequence[_RegressorShare],
+) -> tuple[ChannelNoise, ...]:
+    """Noise with a slow part where that describes low frequencies surely better than the lags do.
+
+    An autoregression reaches no further than its lags: of noise that lasts for 500 samples under
+    white noise, thirty show the mean of a record less than half of its sd.
+    """
+    low = [np.arange(1, len(r) // (2 * MAX_LAGS)) for r in residuals]
+    angle = np.concatenate([2.0 * np.pi * k / len(r) for k, r in zip(low, residuals, strict=True)])
+    # share of each frequency that the fit took
+    taken = np.concatenate([share.spectrum[k].sum(axis=1) / 2.0 / share.rows
+                            for k, share in zip(low, shares, strict=True)])  # fmt: skip
+    shown = taken < _SEEN
+    if shown.sum() < _MEMORIES:
+        return tuple(channels)
+    power = np.concatenate(
+        [np.abs(rfft(r, axis=0)[k]) ** 2 / len(r) for k, r in zip(low, residuals, strict=True)]
+    )
+    power, angle = power[shown] / (1.0 - taken[shown])[:, None], angle[shown]
+    longest, lag = max(len(r) for r in residuals), np.arange(len(count))
+    found = []
+    for channel, own, raw in zip(channels, power.T, products.T, strict=True):
+        level, variance, memory = _slow_part(own, angle, channel.spectrum(angle), longest)
+        if not variance:
+            found.append(channel)
+            continue
+        fast = ChannelNoise(np.empty(0), float(np.sqrt(level)), 0.0)
+        for _ in range(_ROUNDS):
+            spectra = [
+                fast.spectrum(share.angle) + variance * _form(share.angle, memory)
+                for share in shares
+            ]
+            put_back = sum(share.taken(seen) for share, seen in zip(shares, spectra, strict=True))
+            gamma = (raw + put_back) / count
+            ar, left = _levinson(gamma - variance * memory**lag, int(count[0]))
+            fast = ChannelNoise(ar, float(np.sqrt(max(left, 0.0))), float(np.sqrt(gamma[0])))
+        if not fast.innovation_sd > 0.0:
+            found.append(channel)
+            continue
+        ratio = variance * ((1.0 - fast.ar.sum()) / fast.innovation_sd) ** 2
+        found.append(replace(fast, slow=(float(ratio), memory)))
+    return tuple(found)
+
+
+def _form(angle: FloatArray, memory: float) -> FloatArray:
+    """Spectrum of an autoregression of the first order of variance one."""
+    return np.asarray((1.0 - memory**2) / (1.0 - 2.0 * memory * np.cos(angle) + memory**2))
+
+
+def _slow_part(
+    power: FloatArray, angle: FloatArray, lagged: FloatArray, longest: int
+) -> tuple[float, float, float]:
+    """Level of white noise, variance and φ of a slow part; zeros where none is surely nearer.
+
+    Whittle's likelihood of a periodogram P, ``−Σ_k log S_k + P_k / S_k``, with
+    ``S = b + v (1 − φ²)/(1 − 2 φ cos ω + φ²)``, against that of the autoregression's S.
+    """
+
+    def cost(spectrum: FloatArray) -> float:
+        return float(np.sum(np.log(spectrum) + power / spectrum))
+
+    least = float(lagged.mean()) * _LEAST
+    order = np.argsort(angle, kind="stable")
+    passed = np.cumsum((power / np.maximum(lagged, least))[order])
+    even = np.arange(1, power.size + 1) / power.size
+    apart = float(np.abs(passed / max(passed[-1], _LEAST) - even).max()) * np.sqrt(power.size)
+    if not least > 0.0 or apart < _UNEVEN:
+        return 0.0, 0.0, 0.0
+    best = (cost(lagged) - 0.5 * _SURE, 0.0, 0.0, 0.0)
+    for rows in np.geomspace(MAX_LAGS, longest, _MEMORIES):
+        memory = float(np.exp(-1.0 / rows))
+        form = _form(angle, memory)
+
+        def level(log_ratio: float, form: FloatArray = form) -> float:
+            return float(np.mean(power / (1.0 + np.exp(log_ratio) * form)))  # the likeliest b
+
+        def of_ratio(log_ratio: float, form: FloatArray = form, level: _Level = level) -> float:
+            return cost(level(log_ratio) * (1.0 + np.exp(log_ratio) * form))
+
+        widest = np.log(power.size / form.min()), -np.log(form.max() * power.size)
+        found = optimize.minimize_scalar(of_ratio, bounds=widest[::-1], method="bounded")
+        white = level(found.x)
+        best = min(best, (float(found.fun), white, white * float(np.exp(found.x)), memory))
+    return best[1:]
 
 
 def _lag_products(records: Sequence[FloatArray], lags: int) -> FloatArray:
@@ -153,8 +305,11 @@ class _RegressorShare:
         spectrum[1 : (rows + 1) // 2] *= 2.0
         return cls(rows, spectrum, _lag_products([basis], lags))
 
-    def taken(self, ar: FloatArray, variance: float) -> FloatArray:
-        """``Σ_a S_a c_a(k)``, shape (lags + 1,)."""
-        response = np.fft.rfft(np.concatenate([[1.0], -ar]), self.rows)
-        seen = (variance / np.abs(response) ** 2) @ self.spectrum / self.rows
-        return np.asarray(self.products @ seen)
+    @property
+    def angle(self) -> FloatArray:
+        """Of the frequencies 0 … Nyquist, rad per row."""
+        return np.asarray(2.0 * np.pi * np.fft.rfftfreq(self.rows), dtype=np.float64)
+
+    def taken(self, spectrum: FloatArray) -> FloatArray:
+        """``Σ_a S_a c_a(k)`` of noise with a spectrum (n/2 + 1,), shape (lags + 1,)."""
+        return np.asarray(self.products @ (spectrum @ self.spectrum / self.rows))

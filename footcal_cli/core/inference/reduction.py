@@ -100,8 +100,8 @@ class Reduced:
         columns, channels = designs[0].shape[1], len(noise)
         factor = np.zeros((len(designs), channels, columns, columns))
         target = np.zeros((len(designs), channels, columns))
-        white = [channel for channel in range(channels) if noise[channel].ar.size == 0]
-        coloured = [channel for channel in range(channels) if noise[channel].ar.size > 0]
+        white = [channel for channel in range(channels) if noise[channel].is_white]
+        coloured = [channel for channel in range(channels) if not noise[channel].is_white]
         sd = np.array([channel.innovation_sd for channel in noise])
         sd = np.maximum(sd, LEAST_NOISE * sd.max())
         for i, (z, w, (r, y)) in enumerate(zip(designs, records, triangles, strict=True)):
