@@ -224,11 +224,13 @@ def _slow_part(
         return float(np.sum(np.log(spectrum) + power / spectrum))
 
     least = float(lagged.mean()) * _LEAST
+    if not least > 0.0:
+        return 0.0, 0.0, 0.0
     order = np.argsort(angle, kind="stable")
     passed = np.cumsum((power / np.maximum(lagged, least))[order])
     even = np.arange(1, power.size + 1) / power.size
     apart = float(np.abs(passed / max(passed[-1], _LEAST) - even).max()) * np.sqrt(power.size)
-    if not least > 0.0 or apart < _UNEVEN:
+    if apart < _UNEVEN:
         return 0.0, 0.0, 0.0
     best = (cost(lagged) - 0.5 * _SURE, 0.0, 0.0, 0.0)
     for rows in np.geomspace(MAX_LAGS, longest, _MEMORIES):
