@@ -6,9 +6,8 @@ independent claims intervals that are too short: with 2 s of memory they cover 6
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 from scipy import optimize, stats
@@ -18,7 +17,7 @@ from scipy.signal import lfilter
 from footcal_cli.core.parameters import FloatArray
 
 MAX_LAGS = 30
-"""Longest autoregression tried; enough for slow noise on top of white noise."""
+"""Longest autoregression tried; what lasts longer has a slow part of its own."""
 _SAMPLES_PER_LAG = 10
 _ROUNDS = 3
 _PATIENCE = 8
@@ -26,14 +25,14 @@ _MEMORIES = 12
 """Memories of the slow part that are tried, from a few of the longest lags to the record."""
 _SEEN = 0.5
 """Share of a frequency's power that the regressors may take; of others they tell too little."""
-_SURE, _UNEVEN = float(stats.chi2.isf(0.001, 3)), 1.22
+_FEWEST = 12
+"""Frequencies that must be left to judge by."""
+_SURE = float(stats.chi2.isf(0.001, 3))
+_UNEVEN = 1.22
 """Of Bartlett's cumulative periodogram: its largest distance from even, times √n, at 10 %."""
 _LEAST = 1e-6
 """Of the mean power, so that logs without noise have a logarithm."""
 _STEADY = 1e-9
-
-
-_Level: TypeAlias = Callable[[float], float]
 
 
 @dataclass(frozen=True)
@@ -175,7 +174,7 @@ def _with_slow_parts(
     taken = np.concatenate([share.spectrum[k].sum(axis=1) / 2.0 / share.rows
                             for k, share in zip(low, shares, strict=True)])  # fmt: skip
     shown = taken < _SEEN
-    if shown.sum() < _MEMORIES:
+    if shown.sum() < _FEWEST:
         return tuple(channels)
     power = np.concatenate(
         [np.abs(rfft(r, axis=0)[k]) ** 2 / len(r) for k, r in zip(low, residuals, strict=True)]
@@ -236,18 +235,24 @@ def _slow_part(
     for rows in np.geomspace(MAX_LAGS, longest, _MEMORIES):
         memory = float(np.exp(-1.0 / rows))
         form = _form(angle, memory)
-
-        def level(log_ratio: float, form: FloatArray = form) -> float:
-            return float(np.mean(power / (1.0 + np.exp(log_ratio) * form)))  # the likeliest b
-
-        def of_ratio(log_ratio: float, form: FloatArray = form, level: _Level = level) -> float:
-            return cost(level(log_ratio) * (1.0 + np.exp(log_ratio) * form))
-
-        widest = np.log(power.size / form.min()), -np.log(form.max() * power.size)
-        found = optimize.minimize_scalar(of_ratio, bounds=widest[::-1], method="bounded")
-        white = level(found.x)
-        best = min(best, (float(found.fun), white, white * float(np.exp(found.x)), memory))
+        level, variance = _likeliest(power, form)
+        best = min(best, (cost(level + variance * form), level, variance, memory))
     return best[1:]
+
+
+def _likeliest(power: FloatArray, form: FloatArray) -> tuple[float, float]:
+    """Level b and variance v of the likeliest ``b + v form``: b follows from their ratio."""
+
+    def level(log_ratio: float) -> float:
+        return float(np.mean(power / (1.0 + np.exp(log_ratio) * form)))
+
+    def cost(log_ratio: float) -> float:
+        shape = 1.0 + np.exp(log_ratio) * form
+        return power.size * float(np.log(level(log_ratio))) + float(np.sum(np.log(shape)))
+
+    ends = -np.log(form.max() * power.size), np.log(power.size / form.min())
+    ratio = float(optimize.minimize_scalar(cost, bounds=ends, method="bounded").x)
+    return level(ratio), level(ratio) * float(np.exp(ratio))
 
 
 def _lag_products(records: Sequence[FloatArray], lags: int) -> FloatArray:
