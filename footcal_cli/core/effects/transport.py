@@ -337,7 +337,7 @@ ACCELERATION_DELAY = Effect(
     experiments=("walk",),
     formula="y(t) = x(t − d) on the CoM's acceleration and the rate of angular momentum alone",
     source="one-sided filters of velocities and accelerations in state estimators",
-    remedy="filter forwards and backwards, or delay the positions by as much",
+    remedy="filter the acceleration forwards and backwards, or delay CoM and feet as much",
     needs=("com_acc_mps2",),
     mimics=("delay", "lag", "angular_momentum"),
     separates="the same walk with the acceleration differentiated anew from the logged CoM",
