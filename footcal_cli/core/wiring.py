@@ -120,12 +120,11 @@ def check_turned_balanced(
     if len(demanded_n) < BLOCKS + 4 * count:
         return []
     design, target = _balance(forces_n, arms, demanded_n)
-    zeros = design[:, count:]
+    zeros, sides = design[:, count:], np.column_stack([target, design[:, :count]])
+    sides = sides - zeros @ np.linalg.lstsq(zeros, sides, rcond=1e-9)[0]
 
     def left(signs: FloatArray) -> float:
-        rest = target - design[:, :count] @ signs
-        fitted = np.linalg.lstsq(zeros, rest, rcond=1e-9)[0]
-        return float(np.sqrt(np.mean((rest - zeros @ fitted) ** 2)))
+        return float(np.sqrt(np.mean((sides[:, 0] - sides[:, 1:] @ signs) ** 2)))
 
     given = left(np.ones(count))
     tried = sorted((left(np.where(np.arange(count) == k, -1.0, 1.0)), k) for k in range(count))

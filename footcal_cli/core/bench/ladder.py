@@ -177,7 +177,8 @@ def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None, cells: int
     """
     rungs = menu(record) if rungs is None else rungs
     affine = fit_channel(record)
-    here, here_out = affine, held_out_error(record, affine)
+    affine_out = held_out_error(record, affine)
+    here, here_out = affine, affine_out
     rows = [
         LadderRow("affine", affine.linear.size, affine.rmse_n, here_out.rmse, 0.0, 0.0, np.nan,
                   True, "the start")
@@ -207,8 +208,8 @@ def climb(record: BenchRecord, rungs: tuple[Rung, ...] | None = None, cells: int
         here, here_out = step.fit, step.errors
         taken.append(step.rung)
         left = [other for other in left if not _same_family(other, step.rung)]
-    if taken and not _explains(record, affine, rows[0].held_out_rmse_n, here_out.rmse):
-        here, here_out, taken, rivals = affine, held_out_error(record, affine), [], ()
+    if taken and not _explains(record, affine, affine_out.rmse, here_out.rmse):
+        here, here_out, taken, rivals = affine, affine_out, [], ()
         rows[1:] = [
             replace(row, climbed=False, why=_OF_ANOTHER) if row.climbed else row for row in rows[1:]
         ]

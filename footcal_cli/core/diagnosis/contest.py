@@ -126,11 +126,10 @@ def decided(
         )
         and not bends_as_well(other)
     }
-    knees = {
-        t.cause.signature.effect for t in tried
-        if t.cause.signature.effect in KNEES
-        and float((t.loss - loss).sum()) < share_for_form(best, rules.kindred_loss, rules) * gain
-    }  # fmt: skip
+    losses = {t.cause.signature.effect: t.loss for t in tried}
+    lost = {effect: float((other - loss).sum()) for effect, other in losses.items()}
+    most = share_for_form(best, rules.kindred_loss, rules) * gain
+    knees = {effect for effect in KNEES & lost.keys() if lost[effect] < most}
     if chosen.signature.effect in KNEES or knees - worse:
         worse -= knees
     alike = _aliases_of(answer, best.cause, best.fitted, rules.alias)
@@ -138,7 +137,6 @@ def decided(
     taken = {chosen.signature.effect, *(c.signature.effect for c in causes)}
     mirrored = _from_the_other_side(subject, chosen, fitted)
     mirrored += open_curves(subject, best, noise, rules)
-    lost = {t.cause.signature.effect: float((t.loss - loss).sum()) for t in tried}
     same = never_distinguished(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     ) | {s.effect for s in mirrored}
@@ -156,7 +154,6 @@ def decided(
         for other in tried
         if other.cause.signature.effect != mine.effect
     }
-    losses = {t.cause.signature.effect: t.loss for t in tried}
     unfitted = _unfitted_losses(answer)
 
     def odds(effect: str) -> float:

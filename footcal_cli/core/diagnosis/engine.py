@@ -54,12 +54,12 @@ def diagnose(
     lib = library(problem, grams, visible, smallest, rules)
     before = detect(problem, grams, features, grams.calibration, signs)
     found = search(lib, signs, rules, seed, start_loss, failed)
-    after, form = before, None
+    after, form, removed = before, None, 0.0
     if found.steps:
         accepted = problem.columns[:, [lib.index(s.column) for s in found.steps]]
         after = detect(problem, grams, features, found.base, signs, accepted)
         form = form_of(_with(problem, lib, found.base), accepted, signs)
-    removed = _removed(grams, found)
+        removed = _removed(grams, found)
     causes = _causes(lib, found)
     return Diagnosis(
         verdict=_verdict(lib, found, after, form, removed, rules),

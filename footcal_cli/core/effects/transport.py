@@ -166,20 +166,13 @@ def _shifted(
     return _with_stream(log, moved, names), (times[kept], signal[kept])
 
 
-def _delay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-    return _shifted(log, log.time_s - theta["delay"][0], state)
+def _late(name: str, sign: float, names: Sequence[str] = BODY_STREAM) -> Transform:
+    """Some quantities of the body stream, later by a parameter, or earlier again."""
 
+    def late(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
+        return _shifted(log, log.time_s - sign * theta[name][0], state, names)
 
-def _undelay(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-    return _shifted(log, log.time_s + theta["delay"][0], state)
-
-
-def _late_derivatives(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-    return _shifted(log, log.time_s - theta["acceleration_delay"][0], state, _DIFFERENTIATED)
-
-
-def _early_derivatives(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-    return _shifted(log, log.time_s + theta["acceleration_delay"][0], state, _DIFFERENTIATED)
+    return late
 
 
 def _clock(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
@@ -312,8 +305,8 @@ DELAY = Effect(
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("delay", "s", 0.0, -0.5, 0.5, 0.02, far=_DELAYS_S),),
-    apply=_delay,
-    remove=_undelay,
+    apply=_late("delay", 1.0),
+    remove=_late("delay", -1.0),
     experiments=("walk",),
     formula="y(t) = x(t − d) on every quantity of the body stream",
     source="NAO CoP self-calibration: fixed telemetry delay of 20 ms",
@@ -332,8 +325,8 @@ ACCELERATION_DELAY = Effect(
     stage=Stage.TRANSPORT,
     scope=Scope.ROBOT,
     parameters=(EffectParameter("acceleration_delay", "s", 0.0, -0.2, 0.2, 0.02, far=_LATE_S),),
-    apply=_late_derivatives,
-    remove=_early_derivatives,
+    apply=_late("acceleration_delay", 1.0, _DIFFERENTIATED),
+    remove=_late("acceleration_delay", -1.0, _DIFFERENTIATED),
     experiments=("walk",),
     formula="y(t) = x(t − d) on the CoM's acceleration and the rate of angular momentum alone",
     source="one-sided filters of velocities and accelerations in state estimators",

@@ -152,13 +152,12 @@ def fit_noise(
         channels.append(ChannelNoise(ar, float(np.sqrt(variance)), float(np.sqrt(gamma[0]))))
     if not coloured:
         return tuple(channels)
-    return _with_slow_parts(channels, residuals, regressors, products, count, shares)
+    return _with_slow_parts(channels, residuals, products, count, shares)
 
 
 def _with_slow_parts(
     channels: Sequence[ChannelNoise],
     residuals: Sequence[FloatArray],
-    regressors: Sequence[FloatArray],
     products: FloatArray,
     count: FloatArray,
     shares: Sequence[_RegressorShare],
