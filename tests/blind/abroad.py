@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from tests.blind import foreign
+from tests.blind.abroad_ankles import ON_ANKLES
 from tests.blind.abroad_legs import ON_LEGS, Hide, heavier, with_log
 from tests.blind.world import Array, Rng
 from tests.foreign import (
@@ -40,6 +41,7 @@ SLOW = (*LATE, "sensor_lag")
 """Streams apart in time, whichever of them it is and by what filter."""
 SUM = ("wrong_weight", "load_bypass")
 ACC, COM = "com_acc_{}_mps2", "com_{}_m"
+WIRING = ("plugs", "dead cell", "dead axis", "half turn", "mirrored", "loose contact")
 SECONDS = 45.0
 """Of a walk."""
 
@@ -389,7 +391,7 @@ TRIALS: Mapping[str, Abroad] = {
         cause,
         right,
         hide,
-        wiring=cause in ("plugs", "dead cell", "half turn", "loose contact"),
+        wiring=cause in WIRING,
     )
-    for experiment, cause, right, hide in (*_BENCH, *_ON_FEET, *ON_LEGS)
+    for experiment, cause, right, hide in (*_BENCH, *_ON_FEET, *ON_LEGS, *ON_ANKLES)
 }

@@ -65,12 +65,17 @@ def diagnosed(trial: Abroad, seed: int, folder: Path) -> dict[str, Any]:
 def _commands(experiment: str, folder: Path) -> list[list[str | Path]]:
     """The ordinary calibration of an experiment, then its diagnosis."""
 
+    on_ankles = {"ankles": "walk", "stance": "stand"}.get(experiment)
+
     def log(role: str) -> Path:
         return folder / f"{role}.parquet"
 
     given: list[str | Path] = ["--parameters", folder / "calibration" / "parameters.json"]
     out: list[str | Path] = ["--out", folder / "calibration"]
     logs = {"walk": ["cells", "body"], "stand": ["cells", "body"], "pose": ["poses"]}
+    if on_ankles:  # nothing calibrates a foot's transducer before it stands
+        return [["diagnose", *map(log, logs["walk"]), "--experiment", on_ankles, "--no-pictures",
+                 "--out", folder / "diagnosis"]]  # fmt: skip
     judged = [log(role) for role in logs.get(experiment, [experiment])]
     diagnosis = ["diagnose", *judged, "--experiment", experiment, *given, "--no-pictures",
                  "--out", folder / "diagnosis"]  # fmt: skip

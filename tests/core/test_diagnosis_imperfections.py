@@ -15,9 +15,9 @@ from footcal_cli.core.diagnosis.imperfections import _large_elsewhere, sizes_of_
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.body import LIMB_SWING
 from footcal_cli.core.effects.calibration import AXES, OFFSET
 from footcal_cli.core.effects.six_axis import SCALE_MATRIX
+from footcal_cli.core.effects.usual import LIMB_SWING
 from footcal_cli.core.experiments import stand
 from footcal_cli.core.inference import grams
 from footcal_cli.core.inference.case import Case, rows_of

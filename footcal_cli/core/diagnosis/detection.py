@@ -11,7 +11,7 @@ from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
-from footcal_cli.core.diagnosis.features import MEMORY, Features, features_of
+from footcal_cli.core.diagnosis.features import GAIT, MEMORY, Features, features_of
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
 from footcal_cli.core.diagnosis.spells import spell_p
 from footcal_cli.core.diagnosis.telegraph import levels_p
@@ -299,11 +299,27 @@ _PUSHED = 0.1  # share of the level of spells
 
 def _rid_of_signals(problem: Problem, features: Features, fitted: FloatArray) -> FloatArray:
     """What no function of the recorded signals explains, output by output, shape (m,)."""
-    left = problem.residual.copy()
+    left, harmonics = problem.residual.copy(), _harmonics(problem)
     for o in range(len(problem.outputs)):
         mine = np.flatnonzero(problem.output == o)
-        left[mine] = _rid_of(left[mine], np.hstack([fitted[mine], features.columns[mine]]))
+        known = (fitted[mine], features.columns[mine], harmonics[mine])
+        left[mine] = _rid_of(left[mine], np.hstack(known))
     return left
+
+
+def _harmonics(problem: Problem) -> FloatArray:
+    """Sine and cosine of the harmonics of the gait below the rate, shape (m, 2 k).
+
+    A step is sharper than what functions of its phase show: its tenth harmonic is no mains hum, nor
+    what folds from above half the rate of rows that are samples and no means.
+    """
+    phase = problem.regressors.get(GAIT)
+    if phase is None or problem.rate_hz <= 0:
+        return np.empty((problem.residual.size, 0))
+    steps = np.diff(phase)
+    step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 1.0
+    angle = 2.0 * np.pi * phase[:, None] * np.arange(1, int(1.0 / step) + 1)
+    return np.hstack([np.sin(angle), np.cos(angle)])
 
 
 def _of_outputs(problem: Problem) -> Traces:

@@ -14,7 +14,8 @@ from footcal_cli.core.signals import starts_of
 KNOTS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """Quantiles of a recorded signal at which its local bumps stand; what is rare has its own."""
 BUMPS = len(KNOTS)
-PHASES = {"gait phase": 16, "shaft phase": 32, "order of recording": 16}
+GAIT = "gait phase"
+PHASES = {GAIT: 16, "shaft phase": 32, "order of recording": 16}
 """Local bumps over a cycle or a recording; a bearing catches several times per turn."""
 
 SMOOTH = "force along"

@@ -144,7 +144,7 @@ def _columns(ideal: Case, rows: Rows) -> tuple[FloatArray, list[Signature]]:
         effect = item.effect
         if not known.issuperset(effect.needs):
             continue
-        for name, usual in item.usual.items():
+        for name, usual in item.usual_on(ideal.logs).items():
             size = next(p for p in effect.sizes if p.name == name)
             for where, owners in _each(ideal, effect):
                 if any((effect.name, unit) in present for _, units in owners for unit in units):

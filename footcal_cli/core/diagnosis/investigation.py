@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
@@ -28,6 +30,7 @@ from footcal_cli.core.diagnosis.verdicts import CLEAR, NAMING, judged
 from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.inference.case import Case, Rows, rows_of
 from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.lines import Line
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.whitening import has_single_rows
@@ -261,8 +264,19 @@ def _searched(
 def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:
     """Whether what has no sure name is a finding; a spell within a series has no size here."""
     last = _at_its_size(subject, path).rounds[-1]
-    found = _nameless(subject, path, beside=beside)
-    return left_apart(last.before, last.rules) or any(item.matters for item in found)
+    found, before = _nameless(subject, path, beside=beside), last.before
+    if _line_rms(path.current, before.line, found) < 1.0:
+        before = replace(before, line=replace(before.line, p=1.0))
+    return left_apart(before, last.rules) or any(item.matters for item in found)
+
+
+def _line_rms(problem: Problem, line: Line, found: Sequence[Nameless]) -> float:
+    """RMS of a line over what matters of its output; infinite where its channel is no output."""
+    if problem.traces is None or problem.raw is not None or line.name not in problem.traces.names:
+        return np.inf
+    mine = problem.traces.channel == problem.traces.names.index(line.name)
+    output, noise = problem.output[mine][0], float(problem.noise[mine][0])
+    return float(line.rms * noise / found[output].smallest)
 
 
 def _at_its_size(subject: Subject, path: Path) -> Path:

@@ -84,7 +84,9 @@ def nameless_of(
         after = share * output_losses(without_rivals(current, model), noise).sum(axis=0)
         squared += np.maximum(whole - after, 0.0)
     smallest = [
-        case.tolerance_nm if unit == "Nm" else max(case.tolerance_n, case.finding_n)
+        max(case.tolerance_nm, case.finding_nm)
+        if unit == "Nm"
+        else max(case.tolerance_n, case.finding_n)
         for unit in baseline.units
     ]
     return tuple(

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.contact import gait_cycles
+from footcal_cli.core.diagnosis.features import GAIT
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis
 from footcal_cli.core.experiments.walk import feet_of
 from footcal_cli.core.inference.case import Case, Rows
@@ -165,7 +166,7 @@ def _walking(log: Log) -> dict[str, FloatArray]:
             phase[rows] = (log.time_s[rows] - log.time_s[rows[0]]) / (
                 log.time_s[rows[-1]] - log.time_s[rows[0]]
             )
-    return {"gait phase": phase}
+    return {GAIT: phase}
 
 
 _LEAST_CYCLES = 3

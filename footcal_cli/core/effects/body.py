@@ -17,15 +17,13 @@ from footcal_cli.core.effects.contract import (
     State,
     Theta,
     Trait,
-    Transform,
-    columns_of,
     on_known,
     over,
     plus,
     times,
 )
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray
 
 BALANCED = ("stand", "walk")
 
@@ -39,7 +37,7 @@ def heading_rad(log: Log) -> FloatArray:
     return heading
 
 
-def _turned(vector: FloatArray, yaw_rad: FloatArray) -> FloatArray:
+def turned(vector: FloatArray, yaw_rad: FloatArray) -> FloatArray:
     """Vectors (..., 3) turned about z by yaws (n,), shape (n, 3)."""
     cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
     x, y, z = np.moveaxis(np.broadcast_to(vector, (yaw_rad.size, 3)), -1, 0)
@@ -61,8 +59,8 @@ def _see_tilted(acc: FloatArray, log: Log, tilt: FloatArray, yaw_rad: FloatArray
     """Acceleration without gravity as an inertial unit shows it whose frame is rotated by tilt."""
     gravity = np.zeros_like(acc)
     gravity[:, 2] = log.known["gravity_mps2"]
-    specific = _turned(acc + gravity, -yaw_rad) @ tilt
-    return _turned(specific, yaw_rad) - gravity
+    specific = turned(acc + gravity, -yaw_rad) @ tilt
+    return turned(specific, yaw_rad) - gravity
 
 
 def _imu_tilt(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
@@ -86,29 +84,30 @@ def _unslope(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Flo
 
 
 def _accel_bias(log: Log, theta: Theta) -> FloatArray:
-    return _turned(_triple(theta, "accel_bias"), heading_rad(log))
+    return turned(_triple(theta, "accel_bias"), heading_rad(log))
 
 
 def _gain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return _scaled(acc, log, 1.0 + _level(theta, "accel_gain")), state
+    return scaled_in_body(acc, log, 1.0 + level_of(theta, "accel_gain")), state
 
 
 def _ungain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return _scaled(acc, log, 1.0 / (1.0 + _level(theta, "accel_gain"))), state
+    return scaled_in_body(acc, log, 1.0 / (1.0 + level_of(theta, "accel_gain"))), state
 
 
-def _level(theta: Theta, kind: str) -> FloatArray:
+def level_of(theta: Theta, kind: str) -> FloatArray:
     """Share ahead and to the left; what changes upwards is seen as a force."""
     return np.array([theta[f"{kind}_x"][0], theta[f"{kind}_y"][0], 0.0])
 
 
-def _scaled(acc: FloatArray, log: Log, by: FloatArray) -> FloatArray:
+def scaled_in_body(acc: FloatArray, log: Log, by: FloatArray) -> FloatArray:
+    """Accelerations (n, 3) times a number per axis of the body, shape (n, 3)."""
     yaw_rad = heading_rad(log)
-    return _turned(_turned(acc, -yaw_rad) * by, yaw_rad)
+    return turned(turned(acc, -yaw_rad) * by, yaw_rad)
 
 
 def _com(log: Log, theta: Theta) -> FloatArray:
-    return _turned(_triple(theta, "com_correction"), heading_rad(log))
+    return turned(_triple(theta, "com_correction"), heading_rad(log))
 
 
 def _mass(_log: Log, theta: Theta) -> FloatArray:
@@ -248,121 +247,5 @@ ANGULAR_MOMENTUM = Effect(
     separates="walk faster: L̇ grows with the square of the speed",
 )
 
-
-def _swung(log: Log, theta: Theta) -> FloatArray:
-    known = log.known
-    acc = _scaled(known["com_acc_mps2"], log, _level(theta, "limb_swing"))
-    lever = (known["mass_kg"] * known["com_m"][:, 2])[:, None]
-    return np.asarray(lever * np.stack([-acc[:, 1], acc[:, 0]], axis=1))
-
-
-LIMB_SWING = Effect(
-    name="limb_swing",
-    stage=Stage.BODY,
-    scope=Scope.ROBOT,
-    parameters=tuple(
-        EffectParameter(f"limb_swing_{axis}", "-", 0.0, -5.0, 5.0, 0.2) for axis in "xy"
-    ),
-    apply=on_known("angmom_rate_nm", plus(_swung, -1.0)),
-    remove=on_known("angmom_rate_nm", plus(_swung)),
-    experiments=("walk",),
-    formula="L̇_shown = L̇ − m c_z R(heading) (−s_y c̈_y, s_x c̈_x)",
-    source="Herr & Popovic, J. Exp. Biol. 211, 467 (2008): limbs swing against each other as the "
-    "body is pushed",
-    remedy="log the rate of angular momentum",
-    needs=("angmom_missing",),
-)
-"""No row of the table: of logs without L̇, whose moments of the body's motion nobody knows."""
-
-
-def _leg_mass(sign: float) -> Transform:
-    def moved(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-        known = log.known
-        if not {"com_acc_mps2", "cell_pos_m", "foot_acc_mps2"} <= known.keys():
-            return log, state
-        com, acc = known["com_m"].copy(), known["com_acc_mps2"].copy()
-        for foot, own in enumerate(columns_of(Scope.FOOT, log.channels)):
-            share = sign * theta["leg_mass"][foot]
-            sole = known["cell_pos_m"][:, own].mean(axis=1)
-            com[:, :2] += share * (sole - known["com_m"][:, :2])
-            acc += share * (known["foot_acc_mps2"][:, foot] - known["com_acc_mps2"])
-        return log.with_known(com_m=com, com_acc_mps2=acc), state
-
-    return moved
-
-
-LEG_MASS = Effect(
-    name="leg_mass",
-    stage=Stage.BODY,
-    scope=Scope.FOOT,
-    parameters=(EffectParameter("leg_mass", "-", 0.0, -0.5, 0.5, 0.01),),
-    apply=_leg_mass(1.0),
-    remove=_leg_mass(-1.0),
-    experiments=("walk",),
-    formula="c = c₀ + Σ s (p_foot − c₀), its acceleration alike; s: share of the robot's mass",
-    source="masses of a CAD model, off by some per cent",
-    remedy="weigh the legs",
-    needs=("com_acc_mps2", "foot_acc_mps2", "cell_pos_m"),
-)
-"""No row of the table: no robot's links weigh what its model says."""
-
-_BLUR_S = 0.03
-"""Of what an estimator and a 10 Hz filter make of a step."""
-_APART_S = 0.2
-
-
-def _changes(log: Log) -> tuple[FloatArray, IntArray]:
-    """When the demanded CoP passes from one foot's half of the way to the other's, and to which."""
-    known = log.known
-    soles = [
-        known["cell_pos_m"][:, own].mean(axis=1) for own in columns_of(Scope.FOOT, log.channels)
-    ]
-    if len(soles) != 2:
-        return np.empty(0), np.empty(0, dtype=np.int64)
-    com, acc = known["com_m"], known["com_acc_mps2"]
-    lever = com[:, 2] / np.maximum(known["gravity_mps2"] + acc[:, 2], 1.0)
-    cop = com[:, :2] - lever[:, None] * acc[:, :2]
-    way, middle = soles[1] - soles[0], 0.5 * (soles[0] + soles[1])
-    second = np.einsum("ni,ni->n", cop - middle, way) > 0.0
-    at = np.flatnonzero(second[1:] != second[:-1]) + 1
-    if at.size:
-        at = at[np.diff(log.time_s[at], prepend=-np.inf) > _APART_S]
-    return log.time_s[at], second[at].astype(np.int64)
-
-
-def _change_of_foot(sign: float) -> Transform:
-    def moved(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
-        if not {"com_acc_mps2", "cell_pos_m", "com_m", "gravity_mps2"} <= log.known.keys():
-            return log, state
-        acc = log.known["com_acc_mps2"].copy()
-        times, foot = _changes(log)
-        for moment, onto in zip(times, foot, strict=True):
-            rows = slice(*np.searchsorted(log.time_s, [moment - 5 * _BLUR_S, moment + 5 * _BLUR_S]))
-            u = (log.time_s[rows] - moment) / _BLUR_S
-            parts = (np.ones(u.size), u, u**2 - 1.0)
-            wave = sum(theta[f"switch_{k}"][onto] * part for k, part in enumerate(parts))
-            acc[rows, 2] += sign * np.exp(-0.5 * u**2) * wave
-        return log.with_known(com_acc_mps2=acc), state
-
-    return moved
-
-
-CHANGE_OF_FOOT = Effect(
-    name="change_of_foot",
-    stage=Stage.BODY,
-    scope=Scope.FOOT,
-    parameters=tuple(
-        EffectParameter(f"switch_{k}", "m/s²", 0.0, -50.0, 50.0, 0.05) for k in range(3)
-    ),
-    apply=_change_of_foot(1.0),
-    remove=_change_of_foot(-1.0),
-    experiments=("walk",),
-    formula="a_z = a_z₀ + exp(−u²/2) (a₀ + a₁ u + a₂ (u² − 1)), u = (t − t_change) / 30 ms",
-    source="leg odometry hangs the body on the foot with more load: its height and its velocity "
-    "jump where that foot changes, and touch-downs are shorter than what differences show",
-    remedy="take the acceleration from an inertial unit on the torso",
-    needs=("com_acc_mps2", "cell_pos_m"),
-)
-"""No row of the table: fitted beside every cause of a walk."""
 
 EFFECTS = (MASS, COM_OFFSET, IMU_TILT, FLOOR_SLOPE, ACCEL_BIAS, ACCEL_GAIN, ANGULAR_MOMENTUM)

@@ -46,7 +46,8 @@ class Scope(StrEnum):
 def units_of(scope: Scope, channels: Sequence[str]) -> tuple[str, ...]:
     """Who owns parameters of a scope on these channels: the channels, feet, legs, or the robot.
 
-    A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``.
+    A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``,
+    which is a foot where its transducer is in the foot.
     """
     return _units_of(scope, tuple(channels))
 
@@ -57,7 +58,7 @@ def _units_of(scope: Scope, channels: tuple[str, ...]) -> tuple[str, ...]:
         return ("robot",)
     if scope is Scope.CHANNEL:
         return channels
-    separator = "_" if scope is Scope.FOOT else "."
+    separator = "_" if scope is Scope.FOOT and not is_six_axis(channels) else "."
     return tuple(dict.fromkeys(channel.split(separator, 1)[0] for channel in channels))
 
 

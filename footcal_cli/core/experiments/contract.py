@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.effects.contract import Effect
@@ -45,12 +47,22 @@ class Imperfection:
         Effects of the table that a usual size of it cannot be distinguished from.
     bounded
         Whether no more than some usual sizes of it are believed.
+    of_height
+        Whether `usual` is a share of the height of the robot's CoM.
     """
 
     effect: Effect
     usual: Mapping[str, float]
     covers: tuple[str, ...] = ()
     bounded: bool = True
+    of_height: bool = False
+
+    def usual_on(self, logs: Sequence[Log]) -> Mapping[str, float]:
+        """`usual` on the robot of these logs, in the parameters' units."""
+        if not self.of_height:
+            return self.usual
+        height_m = float(np.median(np.concatenate([log.known["com_m"][:, 2] for log in logs])))
+        return {name: share * height_m for name, share in self.usual.items()}
 
 
 @dataclass(frozen=True)

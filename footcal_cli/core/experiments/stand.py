@@ -34,5 +34,10 @@ EXPERIMENT = Experiment(
     imperfections=(walk.OF_A_MODEL,),
 )
 
-ON_SIX_AXIS = replace(walk.ON_SIX_AXIS, name="stand", balance=balance)
+ON_SIX_AXIS = replace(
+    walk.ON_SIX_AXIS,
+    name="stand",
+    balance=balance,
+    imperfections=(*walk.OF_THE_BODY, *walk.OF_TRANSDUCERS),
+)
 """The same on feet with six-axis transducers."""

@@ -15,18 +15,20 @@ from typing import TypedDict
 import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference, dynamic_reference, static_reference
-from footcal_cli.core.effects.body import (
-    ANGULAR_MOMENTUM,
-    CHANGE_OF_FOOT,
-    COM_OFFSET,
-    LEG_MASS,
-    LIMB_SWING,
-)
+from footcal_cli.core.effects.body import ANGULAR_MOMENTUM, COM_OFFSET
 from footcal_cli.core.effects.calibration import OFFSET, SCALE_BIAS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis, units_of
 from footcal_cli.core.effects.foot import PLATE_INERTIA
 from footcal_cli.core.effects.six_axis import MOUNT_TRANSLATION, SCALE_MATRIX
 from footcal_cli.core.effects.transport import ACCELERATION_DELAY, DELAY, LAG, SMOOTHING
+from footcal_cli.core.effects.usual import (
+    CHANGE_OF_FOOT,
+    FOOT_INERTIA,
+    GAIT_MOMENT,
+    LEG_MASS,
+    LEG_SWING,
+    LIMB_SWING,
+)
 from footcal_cli.core.experiments.contract import Balance, Experiment, Imperfection
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -214,11 +216,15 @@ def _in_the_air(log: Log) -> BoolArray:
     return np.equal(channel_contact(log), 0.0)
 
 
-OF_A_MODEL = Imperfection(COM_OFFSET, {"com_correction_x": 5e-4, "com_correction_y": 5e-4})
-"""The CoM of a CAD model."""
+OF_A_MODEL = Imperfection(
+    COM_OFFSET, {"com_correction_x": 2e-3, "com_correction_y": 2e-3}, of_height=True
+)
+"""The CoM of a CAD model: half a millimetre on a robot whose CoM is 25 cm high."""
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
     Imperfection(LIMB_SWING, {"limb_swing_x": 0.2, "limb_swing_y": 0.2}, bounded=False),
+    Imperfection(GAIT_MOMENT, {p.name: p.prior_sd for p in GAIT_MOMENT.sizes}, bounded=False),
+    Imperfection(LEG_SWING, {p.name: p.prior_sd for p in LEG_SWING.sizes}, bounded=False),
     Imperfection(DELAY, {DELAY.size.name: 0.002}, covers=(LAG.name,)),
     Imperfection(ACCELERATION_DELAY, {ACCELERATION_DELAY.size.name: 0.005}),
     Imperfection(SMOOTHING, {"smoothing": 5e-4}, bounded=False),
@@ -226,6 +232,16 @@ OF_THE_BODY = (
 )
 """What an ordinary state estimator gets wrong: light limbs left out of the angular momentum, stamps
 that are off by milliseconds, differences over a window of some, a CAD model of the masses."""
+OF_STEPS = (
+    Imperfection(CHANGE_OF_FOOT, {p.name: 0.1 for p in CHANGE_OF_FOOT.sizes}),
+    Imperfection(LEG_MASS, {"leg_mass": 0.01}),
+)
+"""Of feet that are swung, and of what carries the odometry from one to the other."""
+OF_TRANSDUCERS = (
+    Imperfection(SCALE_MATRIX, {p.name: 0.0025 for p in SCALE_MATRIX.sizes}),
+    Imperfection(MOUNT_TRANSLATION, {p.name: 0.001 for p in MOUNT_TRANSLATION.sizes}),
+)
+"""Whose data sheets promise half a percent and which are screwed on within some millimetres."""
 
 EXPERIMENT = Experiment(
     name="walk",
@@ -234,8 +250,7 @@ EXPERIMENT = Experiment(
     calibration=(SCALE_BIAS.name,),
     imperfections=(
         *OF_THE_BODY,
-        Imperfection(CHANGE_OF_FOOT, {p.name: 0.1 for p in CHANGE_OF_FOOT.sizes}),
-        Imperfection(LEG_MASS, {"leg_mass": 0.01}),
+        *OF_STEPS,
         Imperfection(PLATE_INERTIA, {"plate_mass": 0.1}, bounded=False),
     ),
 )
@@ -246,9 +261,9 @@ ON_SIX_AXIS = replace(
     calibration=(OFFSET.name,),
     imperfections=(
         *OF_THE_BODY,
-        Imperfection(SCALE_MATRIX, {p.name: 0.0025 for p in SCALE_MATRIX.sizes}),
-        Imperfection(MOUNT_TRANSLATION, {p.name: 0.001 for p in MOUNT_TRANSLATION.sizes}),
+        *OF_STEPS,
+        *OF_TRANSDUCERS,
+        Imperfection(FOOT_INERTIA, {p.name: p.prior_sd for p in FOOT_INERTIA.sizes}, bounded=False),
     ),
 )
-"""The same on feet with six-axis transducers, whose data sheets promise half a percent and which
-are screwed on within some millimetres."""
+"""The same on feet with six-axis transducers."""

@@ -68,8 +68,9 @@ class Case:
         filtered.
     tolerance_stated
         Whether the user said what matters: a usual imperfection is then no larger.
-    finding_n
-        RMS error of a force from which what has no name is a finding; to name a cause needs less.
+    finding_n, finding_nm
+        RMS error of a force, and of a moment, from which what has no name is a finding; to name a
+        cause needs less.
     known
         Precision with which the calibration was known before these logs, in the order of
         `calibration`, shape (p, p); None where these logs alone say what it is.
@@ -97,6 +98,7 @@ class Case:
     raw: Series | None = None
     tolerance_stated: bool = False
     finding_n: float = 0.0
+    finding_nm: float = 0.0
     known: FloatArray | None = None
 
     @cached_property

@@ -15,6 +15,7 @@ import numpy as np
 from scipy import ndimage, stats
 from scipy.linalg import solve_toeplitz
 
+from footcal_cli.core.inference.linear import least_squares
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import median_sd
 
@@ -70,12 +71,27 @@ class Series:
             spectra = list(_spectra(_without_bursts(white), slot[kept], piece[kept]))
             if spectra:
                 chance, ratio, at = _highest(spectra, _usual_stretch(slot, piece))
-                found.append((chance, -ratio, name, at * self.rate_hz))
+                found.append((chance, -ratio, name, at * self.rate_hz, channel))
                 tests += max(s.slots for s in spectra)
         if not found:
             return Line(rate_hz=self.rate_hz)
-        least, _, name, frequency = min(found)
-        return Line(min(_CAUTION * tests * least, 1.0), name, frequency, self.rate_hz)
+        least, _, name, frequency, channel = min(found)
+        p = min(_CAUTION * tests * least, 1.0)
+        return Line(p, name, frequency, self.rate_hz, self._rms_at(frequency, channel))
+
+    def _rms_at(self, frequency_hz: float, channel: int) -> float:
+        """Of a wave that has a phase and a height of its own in each piece."""
+        mine = np.flatnonzero(self.channel == channel)
+        slot, piece = _slots(self.time_s[mine], self.rate_hz, self.most_slots)
+        squared, count = 0.0, 0
+        for number in np.unique(piece):
+            rows = np.flatnonzero(piece == number)
+            angle = 2.0 * np.pi * frequency_hz / self.rate_hz * slot[rows]
+            wave = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+            if rows.size > _SHORTEST:
+                part = wave @ least_squares(wave, self.values[mine[rows]], 1e-9)
+                squared, count = squared + float(part @ part), count + rows.size
+        return float(np.sqrt(squared / max(count, 1)))
 
 
 @dataclass(frozen=True)
@@ -110,12 +126,15 @@ class Line:
         Below half the rate; what is faster shows as one of its aliases ``|k·rate ± f|``.
     rate_hz
         At which it was sampled.
+    rms
+        Of it in its channel, in the unit of the values.
     """
 
     p: float = 1.0
     name: str = ""
     frequency_hz: float = 0.0
     rate_hz: float = 0.0
+    rms: float = 0.0
 
 
 def _highest(spectra: Sequence[_Spectrum], stretch: float) -> tuple[float, float, float]:

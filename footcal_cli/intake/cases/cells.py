@@ -31,6 +31,7 @@ from footcal_cli.intake.cases.shared import (
     affine_parameters,
     baseline_of,
     chain_of,
+    finding_nm,
     followed,
     known_before,
     rate_of,
@@ -101,6 +102,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         demand_noisy=kind == "walk",
         known=known,
         finding_n=session.options.tolerance_n or FINDING * weight if kind == "walk" else 0.0,
+        finding_nm=finding_nm(kept, weight) if kind == "walk" else 0.0,
         tolerance_stated=session.options.tolerance_n is not None,
         pieces=kind == "stand",
         least_noise={

@@ -144,6 +144,9 @@ def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tupl
 FINDING = 0.005
 """Share of the weight that a walk without a name may be off: what laboratory force platforms are
 specified to, and more than an estimator knows of an acceleration."""
+FINDING_MOMENT = 0.01
+"""The same of a moment, as a share of the weight times the height of the CoM, where nobody logged
+the angular momentum of limbs that swing: its rate is twice as large."""
 _RCOND = 1e-14
 GAIN_MOVES, BIAS_MOVES_N, BIAS_MOVES = 0.01, 0.1, 0.003
 """How far a calibration may have moved since it was made: its gain; its bias in newtons, and as a
@@ -173,6 +176,14 @@ def known_before(
         bias = np.array([0.0, max(BIAS_MOVES_N, BIAS_MOVES * largest)])
         covariance[at, at] += np.outer(gain, gain) + np.outer(bias, bias)
     return scaled_inverse(covariance, _RCOND)
+
+
+def finding_nm(logs: Sequence[Log], weight_n: float) -> float:
+    """Moment from which what has no name is a finding in these walks, Nm."""
+    if all("angmom_missing" not in log.known for log in logs):
+        return 0.0
+    height_m = float(np.median(np.concatenate([log.known["com_m"][:, 2] for log in logs])))
+    return FINDING_MOMENT * weight_n * height_m
 
 
 def without_momentum(recording: Recording) -> Log:

@@ -9,6 +9,7 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain, link
 from footcal_cli.core.diagnosis.blocks import cut_balanced
+from footcal_cli.core.diagnosis.recording import swings_apart
 from footcal_cli.core.effects.body import COM_OFFSET
 from footcal_cli.core.experiments import stand, walk
 from footcal_cli.core.experiments.contract import Experiment
@@ -24,12 +25,13 @@ from footcal_cli.intake.cases.shared import (
     CaseRead,
     baseline_of,
     chain_of,
+    finding_nm,
     followed,
     of_cells,
     rate_of,
     without_momentum,
 )
-from footcal_cli.intake.recordings import read_recordings
+from footcal_cli.intake.recordings import Recording, read_recordings
 from footcal_cli.intake.stances import judged_rows
 from footcal_cli.recipe.options import DiagnoseOptions
 
@@ -46,7 +48,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     experiment = walk.ON_SIX_AXIS if kind == "walk" else stand.ON_SIX_AXIS
     recordings = read_recordings(session, MergeRule(delay_s=options.delay_s), kind)
     logs = [
-        _cut(without_momentum(recording), experiment, judged_rows(session.recipe, kind, recording))
+        _log_of(recording, experiment, judged_rows(session.recipe, kind, recording))
         for recording in recordings
     ]
     channels = logs[0].channels
@@ -66,6 +68,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         calibration=ParameterSet(calibration),
         tolerance_n=options.tolerance_n or 0.001 * weight,
         finding_n=options.tolerance_n or FINDING * weight if walks else 0.0,
+        finding_nm=finding_nm(kept, weight) if walks else 0.0,
         tolerance_nm=options.tolerance_mm / 1000.0 * weight,
         drifts=walks,
         alike=False,
@@ -73,6 +76,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         groups={c: "swing force" if ".f" in c else "swing torque" for c in channels},
         one_recording=len(logs) == 1,
         pieces=not walks,
+        tolerance_stated=options.tolerance_n is not None,
         directions=offset_directions(channels) if walks else (),
         demand_noisy=walks,
     )
@@ -91,8 +95,13 @@ def as_corrected(log: Log, values: Mapping[str, float]) -> Log:
     return of.remove(log, {**neutral, **values})[0]
 
 
-def _cut(log: Log, experiment: Experiment, judged: BoolArray) -> Log:
+def _log_of(recording: Recording, experiment: Experiment, judged: BoolArray) -> Log:
     """Rows where all is known, in blocks of whole gait cycles; quiet stances in pieces."""
+    merged, log = recording.merged, without_momentum(recording)
+    if recording.temperature_degc is not None:
+        log = log.with_known(temperature_degc=recording.temperature_degc)
+    if experiment is walk.ON_SIX_AXIS:
+        log = swings_apart(log, merged.raw, merged.rate_hz)
     good = judged & np.isfinite(log.readings).all(axis=1)
     for name in experiment.known:
         if name != "contact":
