@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.linalg import norm
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
@@ -35,6 +36,7 @@ from footcal_cli.core.inference.case import Case, Rows, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import FloatArray
@@ -168,25 +170,37 @@ def largest(bare: Problem, column: FloatArray, noise: Noise | None = None) -> fl
     return abs(float(seen.size[0])) + float(stats.norm.isf(0.025)) * sd
 
 
-def bend_left(last: Diagnosis, causes: Sequence[Cause]) -> bool:
+def bend_left(last: Diagnosis, causes: Sequence[Cause], model: Refit | None) -> bool:
     """Whether a curve of an axis is surely left beside a gain that is named for its transducer.
 
     A gain is the straight one of an axis's curves, and what explains most of one that bends: how
-    little the curve then removes says nothing for the gain.
+    little the curve then removes says nothing for the gain. Several transducers do not bend alike,
+    and a curve below `Rules.bend_share` of what the gain does to the rows is none of its.
 
     Parameters
     ----------
     last
         Of the model with all causes.
-    causes
-        What was named.
+    causes, model
+        What was named, and the model with it.
     """
-    named = [c.signature for c in causes if c.signature.effect in GAINS]
-    legs = {leg for s in named for _, own in s.owners for leg in own}
-    lib = last.library
-    for cause, columns, p in zip(lib.causes, lib.columns, last.search.first.p, strict=True):
-        if cause[0] in CURVES and p < last.rules.alpha_name:
-            curve = lib.problem.signatures[lib.index(int(columns[0]))]
-            if any(not legs.isdisjoint(units_of(Scope.LEG, axes)) for _, axes in curve.owners):
+    if model is None:
+        return False
+    lib, found = last.library, last.search.first
+    for cause in causes:
+        mine = cause.signature
+        if mine.effect not in GAINS or [len(own) for _, own in mine.owners] != [1]:
+            continue
+        (owner, legs), *_ = mine.owners
+        at = model.names.index(f"{owner}.{mine.parameter}")
+        least = last.rules.bend_share * norm(model.columns[:, at]) * abs(model.intervals[at].value)
+        for c, (effect, *_) in enumerate(lib.causes):
+            if effect not in CURVES or found.p[c] >= last.rules.alpha_name:
+                continue
+            column = lib.index(int(found.best[c]))
+            curve = lib.problem.signatures[column]
+            apart = all(set(legs).isdisjoint(units_of(Scope.LEG, o)) for _, o in curve.owners)
+            bent = norm(lib.problem.columns[:, column]) * abs(found.interval(c).value)
+            if not apart and bent > least:
                 return True
     return False

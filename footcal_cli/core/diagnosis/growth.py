@@ -87,6 +87,13 @@ def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) ->
     return False
 
 
+def is_nothing(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:
+    """Whether the interval of one of the causes holds its neutral value, on the final model."""
+    return model is not None and any(
+        not _is_something(cause, subject.table[cause.signature.effect], model) for cause in causes
+    )
+
+
 def named_columns(model: Refit | None, causes: Sequence[Cause]) -> FloatArray:
     """What the named sizes add to the residual at the optimum, shape (m, k)."""
     if model is None:

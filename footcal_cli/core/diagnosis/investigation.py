@@ -258,16 +258,30 @@ def _searched(
     )
     if another:
         yield another
-    yield (path, *judged(subject, path, rules, seed))
+    yield (path, *judged(subject, sized, rules, seed))
 
 
 def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:
     """Whether what has no sure name is a finding; a spell within a series has no size here."""
     last = _at_its_size(subject, path).rounds[-1]
-    found, before = _nameless(subject, path, beside=beside), last.before
+    found = _nameless(subject, path, beside=beside)
+    return left_apart(last.before, last.rules) or any(item.matters for item in found)
+
+
+def _at_its_size(subject: Subject, path: Path) -> Path:
+    """The path without lines, and spells of single placements, that are too small to matter.
+
+    What makes neighbours in time alike is at most the whole error of an output.
+    """
+    last = path.rounds[-1]
+    if not left_apart(last.before, last.rules):
+        return path
+    found, before = _nameless(subject, path, beside=True), last.before
     if _line_rms(path.current, before.line, found) < 1.0:
         before = replace(before, line=replace(before.line, p=1.0))
-    return left_apart(before, last.rules) or any(item.matters for item in found)
+    if subject.problem.rate_hz <= 0 and all(i.whole < i.smallest for i in found):
+        before = replace(before, spell_p=1.0)
+    return replace(path, rounds=(*path.rounds[:-1], replace(last, before=before)))
 
 
 def _line_rms(problem: Problem, line: Line, found: Sequence[Nameless]) -> float:
@@ -277,20 +291,6 @@ def _line_rms(problem: Problem, line: Line, found: Sequence[Nameless]) -> float:
     mine = problem.traces.channel == problem.traces.names.index(line.name)
     output, noise = problem.output[mine][0], float(problem.noise[mine][0])
     return float(line.rms * noise / found[output].smallest)
-
-
-def _at_its_size(subject: Subject, path: Path) -> Path:
-    """The path without spells that do not matter: of single placements they have a size.
-
-    What makes neighbours in time alike is at most the whole error of an output.
-    """
-    last = path.rounds[-1]
-    if subject.problem.rate_hz > 0 or not left_apart(last.before, last.rules):
-        return path
-    if any(i.whole >= i.smallest for i in _nameless(subject, path, beside=True)):
-        return path
-    aside = replace(last, before=replace(last.before, spell_p=1.0))
-    return replace(path, rounds=(*path.rounds[:-1], aside))
 
 
 def _nameless(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:
@@ -309,7 +309,7 @@ def _another_way(
     """
     again = found_both_ways(subject, path, seed)
     if again is not None:
-        verdict, share = judged(subject, again, rules, seed)
+        verdict, share = judged(subject, _at_its_size(subject, again), rules, seed)
         if verdict in CLEAR and share >= rules.share_pair:
             return again, verdict, share
     most = path.removed
@@ -317,7 +317,7 @@ def _another_way(
         both = together(subject, path, first, seed)
         if both is not None:
             both = grown(subject, both, rules, seed)
-            verdict, share = judged(subject, both, rules, seed)
+            verdict, share = judged(subject, _at_its_size(subject, both), rules, seed)
             if verdict in CLEAR and share >= rules.share_pair and both.removed >= most:
                 return both, verdict, share
             most = max(most, both.removed)

@@ -21,7 +21,7 @@ from footcal_cli.core.diagnosis.engine import (
     share_of,
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
-from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
+from footcal_cli.core.diagnosis.growth import at_an_end, is_nothing, named_columns
 from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.moments import has_moment
@@ -52,13 +52,14 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     last = path.rounds[-1]
     copied = (
         at_an_end(subject, path.causes, path.model)
-        or bend_left(last, path.causes)
+        or is_nothing(subject, path.causes, path.model)
+        or bend_left(last, path.causes, path.model)
         or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
         or _outdone(subject, path, rules)
     )
     if verdict in NAMING and copied:
         # a size that only its bound stops is the size of something else, as is a curve's mean gain,
-        # and what others are in a walk in which a cell still jumps
+        # and what others are in a walk in which a cell still jumps; one that may be none is no size
         return Verdict.UNKNOWN, share
     sure = path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
     sure &= in_other_cells(subject.table, path.causes)

@@ -132,8 +132,19 @@ def direction_columns(case: Case, rows: Rows, *, lasting: bool = False) -> Float
     return np.hstack(columns)
 
 
-def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Columns:
-    """Signatures of all effects, for every place that may carry them and every shape."""
+def library_columns(
+    case: Case, rows: Rows, effects: Iterable[Effect], measured: Case | None = None
+) -> Columns:
+    """Signatures of all effects, for every place that may carry them and every shape.
+
+    Parameters
+    ----------
+    case
+        Recordings as they would be without noise.
+    measured
+        The recordings themselves: what is exchanged or reversed as a whole is seen as −1 from the
+        readings that it made, and noise is nothing beside it.
+    """
     fitted = {parameter.name for parameter in case.calibration}
     moved = {item.effect.name for item in case.chain.links if not fitted.isdisjoint(item.names())}
     signatures: list[Signature] = []
@@ -141,6 +152,7 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
     excluded: list[Excluded] = []
     known = set.intersection(*(set(log.known) for log in case.logs))
     responses = Responses(case, rows, case.memory())
+    raw = responses if measured is None else Responses(measured, rows, measured.memory())
     for effect in effects:
         given = effect.name in moved or Trait.CALIBRATION in effect.traits
         if given or case.experiment.name not in effect.experiments:
@@ -156,7 +168,7 @@ def library_columns(case: Case, rows: Rows, effects: Iterable[Effect]) -> Column
                 Excluded(effect.name, "", "no graded signature; looked for among the raw data")
             )
             continue
-        found, made = effect_columns(responses, effect)
+        found, made = effect_columns(raw if effect.name in SWITCHES else responses, effect)
         signatures += found
         columns += made
     return Columns(tuple(signatures), _side_by_side(columns, rows.row.size), tuple(excluded))
