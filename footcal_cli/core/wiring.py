@@ -187,6 +187,49 @@ def _exchanged(
     return [_exchanged_finding(first, second, best / given)]
 
 
+def check_exchanged_feet(
+    load_n: FloatArray, speed_mps: FloatArray, names: Sequence[str]
+) -> list[Finding]:
+    """A foot that moves over the ground carries nothing: two that carry each other's load.
+
+    Parameters
+    ----------
+    load_n, speed_mps
+        Vertical force of each foot, of any zero, and its speed along the floor, shape (n, feet).
+    names
+        Of the feet.
+    """
+    good = np.isfinite(load_n).all(axis=1) & np.isfinite(speed_mps).all(axis=1)
+    if good.sum() < _FEWEST_ROWS:
+        return []
+    load, speed = load_n[good], speed_mps[good]
+    load = np.maximum(load - np.quantile(load, _RESTING, axis=0), 0.0)
+    moves = speed > 0.5 * np.quantile(speed, 1.0 - _RESTING, axis=0)
+    # share of the load of foot i while foot j moves
+    share = load.T @ moves / np.maximum(load.sum(axis=0), 1e-300)[:, None]
+    tried = [
+        ((share[i, j] + share[j, i]) / (share[i, i] + share[j, j]), names[i], names[j])
+        for i, j in combinations(range(len(names)), 2) if share[i, i] + share[j, j] > 2 * CARRIED
+    ]  # fmt: skip
+    if not tried or min(tried)[0] > MUCH_BETTER:
+        return []
+    ratio, first, second = min(tried)
+    return [
+        Finding(
+            "exchanged_channels", "alarm", f"{first}, {second}",
+            f"{first} and {second} carry load while they move, and with their names exchanged "
+            f"{100 * ratio:.0f} % of it: their readings look exchanged",
+            "lift one foot by hand; exchange the plugs or the names in the recipe",
+        )
+    ]  # fmt: skip
+
+
+CARRIED = 0.15
+"""Share of a foot's load that it carries while it moves where its readings are another's: 0.3 to
+0.5, and less than 0.05 where they are its own."""
+_RESTING = 0.05
+
+
 def _exchanged_finding(first: str, second: str, ratio: float) -> Finding:
     return Finding(
         "exchanged_channels", "alarm", f"{first}, {second}",

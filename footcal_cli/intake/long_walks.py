@@ -24,10 +24,10 @@ from footcal_cli.intake.recordings import (
     note_carried,
     prior_belief,
     require_feet_of_cells,
-    wiring_of,
 )
 from footcal_cli.intake.streams import body_stream_of, sensor_stream_of
 from footcal_cli.intake.walk_length import pieces_of
+from footcal_cli.intake.wiring import wiring_of
 from footcal_cli.session.inspection import over_pieces
 from footcal_cli.tables.columns import TableType, body_table, cells_table, truth_table
 from footcal_cli.tables.longfiles import give_back, rows_about

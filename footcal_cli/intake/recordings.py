@@ -11,25 +11,22 @@ import numpy as np
 
 from footcal_cli.core.body_stream import check_overlap, check_rates, note_differentiated
 from footcal_cli.core.chain import Chain, Link, link
-from footcal_cli.core.checks.streams import check_zeros
 from footcal_cli.core.effects import calibration_of
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.effects.contract import Trait
-from footcal_cli.core.experiments.walk import channel_contact, reference_of
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import BIAS_SD_N, GAIN_SD, Belief, belief_from, nameplate
 from footcal_cli.core.online.merging import merge_cells, merge_six_axis
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
-from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import interpolate_slow
 from footcal_cli.core.spatial import rotation_of_rpy
-from footcal_cli.core.wiring import check_balanced, check_channels_walking
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.continued import with_parts_joined
 from footcal_cli.intake.streams import body_stream_of, no_body, sensor_stream_of
+from footcal_cli.intake.wiring import wiring_of
 from footcal_cli.recipe import Robot
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
@@ -39,8 +36,6 @@ from footcal_cli.tables.table import Table
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
-_MOST_ROWS = 600
-"""Of a recording, to see whether cells are exchanged: neighbours tell the same."""
 _DRIFT_SHARE = 0.005
 """What a cell's zero may move by, of the robot's weight, since it was calibrated."""
 
@@ -254,58 +249,6 @@ def _pairs(
     kept = [i for i, table in enumerate(in_order) if table is not None]
     sensors = [table for table in in_order if table is not None]
     return with_parts_joined(sensors, [bodies[i] for i in kept] if bodies else [])
-
-
-def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
-    """Exchanged cells; of a walk, copied or frozen ones and moving zeros; turned transducers."""
-    log = merged.log
-    if belief is None:
-        from footcal_cli.core.pose.turned import check_turned_feet
-
-        return [*_carried(merged), *check_turned_feet(log)]
-    if experiment != "walk":
-        return _exchanged(log, belief)
-    forces = belief.forces(merged.raw)
-    wrong = check_channels_walking(log.time_s, forces, log.channels)
-    return wrong or [*_zeros(merged, forces), *_exchanged(log, belief)]
-
-
-def _zeros(merged: Merged, forces_n: FloatArray) -> list[Finding]:
-    """Cells that read another force in the air at the end of a walk than at its beginning."""
-    in_air = channel_contact(merged.log) == 0.0
-    return check_zeros(forces_n, in_air, merged.log.channels, merged.weight_n)
-
-
-def _exchanged(log: Log, belief: Belief) -> list[Finding]:
-    """Cells of turned sign, or whose plugs are exchanged, by the CoP that the motion demands."""
-    reference = reference_of(log)
-    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
-    known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
-    stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
-    rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
-    if not rows.size:  # insoles without a robot know no CoP that is demanded
-        return []
-    rows = _unhurried(log, reference.cop_m, rows)
-    rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
-    forces = belief.forces(log.readings[rows])
-    return check_balanced(forces, log.channels, arms[rows], reference.fz_n[rows])
-
-
-def _unhurried(log: Log, cop_m: FloatArray, rows: IntArray) -> IntArray:
-    """The half of these rows in which the demanded CoP moves least: a delay hardly shows there."""
-    speed = np.hypot(*np.gradient(cop_m, log.time_s, axis=0).T)[rows]
-    slow: IntArray = rows[speed <= np.nanmedian(speed)]
-    return slow
-
-
-def _carried(merged: Merged) -> list[Finding]:
-    """Vertical force of six-axis feet against the weight of the robot."""
-    log = merged.log
-    feet = log.known["foot_rot_wt"].shape[1]
-    force = log.readings.reshape(len(log), feet, 6)[..., :3]
-    vertical = np.einsum("nkj,nkj->nk", log.known["foot_rot_wt"][:, :, 2, :], force)
-    total = vertical.sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
-    return check_total_force(total, merged.weight_n, "all feet")
 
 
 def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:

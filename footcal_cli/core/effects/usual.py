@@ -35,7 +35,7 @@ def _swung(log: Log, theta: Theta) -> FloatArray:
     return np.asarray(lever * np.stack([-acc[:, 1], acc[:, 0]], axis=1))
 
 
-def _soles(log: Log) -> FloatArray | None:
+def middles_of_feet(log: Log) -> FloatArray | None:
     """Middles of the feet along the floor, shape (n, feet, 2)."""
     if is_six_axis(log.channels):
         return log.known["foot_pos_m"][..., :2] if "foot_pos_m" in log.known else None
@@ -60,7 +60,7 @@ def _of_the_gait(log: Log, theta: Theta) -> FloatArray:
 
 
 def _legs_swung(log: Log, theta: Theta) -> FloatArray:
-    known, soles = log.known, _soles(log)
+    known, soles = log.known, middles_of_feet(log)
     if soles is None or "foot_acc_mps2" not in known:
         return np.zeros((1, 2))
     total = np.zeros((len(log), 2))
@@ -146,7 +146,7 @@ LEG_SWING = Effect(
 def _leg_mass(sign: float) -> Transform:
     def moved(log: Log, theta: Theta, state: State) -> tuple[Log, State]:
         known = log.known
-        soles = _soles(log)
+        soles = middles_of_feet(log)
         if soles is None or not {"com_acc_mps2", "foot_acc_mps2"} <= known.keys():
             return log, state
         com, acc = known["com_m"].copy(), known["com_acc_mps2"].copy()
@@ -182,7 +182,7 @@ _APART_S = 0.2
 def _changes(log: Log) -> tuple[FloatArray, IntArray]:
     """When the demanded CoP passes from one foot's half of the way to the other's, and to which."""
     known = log.known
-    soles = _soles(log)
+    soles = middles_of_feet(log)
     if soles is None or soles.shape[1] != 2:
         return np.empty(0), np.empty(0, dtype=np.int64)
     com, acc = known["com_m"], known["com_acc_mps2"]

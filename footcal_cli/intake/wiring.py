@@ -1,0 +1,89 @@
+"""What a walk or a stand says of its own wiring: exchanged, copied, frozen or turned channels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.checks.streams import check_zeros
+from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis
+from footcal_cli.core.effects.usual import middles_of_feet
+from footcal_cli.core.experiments.walk import channel_contact, feet_of, reference_of
+from footcal_cli.core.log import Log
+from footcal_cli.core.online.belief import Belief
+from footcal_cli.core.online.streams import Merged
+from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.plausibility import check_total_force
+from footcal_cli.core.quality import Finding
+from footcal_cli.core.wiring import check_balanced, check_channels_walking, check_exchanged_feet
+
+_MOST_ROWS = 600
+"""Of a recording, to see whether cells are exchanged: neighbours tell the same."""
+
+
+def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Finding]:
+    """Exchanged cells; of a walk, copied or frozen ones and moving zeros; turned transducers."""
+    log = merged.log
+    if belief is None:
+        from footcal_cli.core.pose.turned import check_turned_feet
+
+        feet = _feet_exchanged(log, log.readings) if experiment == "walk" else []
+        return feet or [*_carried(merged), *check_turned_feet(log)]
+    if experiment != "walk":
+        return _exchanged(log, belief)
+    forces = belief.forces(merged.raw)
+    wrong = check_channels_walking(log.time_s, forces, log.channels)
+    wrong = wrong or _feet_exchanged(log, forces)
+    return wrong or [*_zeros(merged, forces), *_exchanged(log, belief)]
+
+
+def _zeros(merged: Merged, forces_n: FloatArray) -> list[Finding]:
+    """Cells that read another force in the air at the end of a walk than at its beginning."""
+    in_air = channel_contact(merged.log) == 0.0
+    return check_zeros(forces_n, in_air, merged.log.channels, merged.weight_n)
+
+
+def _exchanged(log: Log, belief: Belief) -> list[Finding]:
+    """Cells of turned sign, or whose plugs are exchanged, by the CoP that the motion demands."""
+    reference = reference_of(log)
+    arms = log.known["cell_pos_m"] - reference.cop_m[:, None]
+    known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
+    stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
+    rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
+    if not rows.size:  # insoles without a robot know no CoP that is demanded
+        return []
+    rows = _unhurried(log, reference.cop_m, rows)
+    rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
+    forces = belief.forces(log.readings[rows])
+    return check_balanced(forces, log.channels, arms[rows], reference.fz_n[rows])
+
+
+def _feet_exchanged(log: Log, readings: FloatArray) -> list[Finding]:
+    """Two feet that carry each other's load, by when they move."""
+    feet = feet_of(log)
+    if is_six_axis(log.channels):
+        load = readings[:, 2::6]
+    else:
+        own = columns_of(Scope.FOOT, log.channels)
+        load = np.stack([readings[:, cells].sum(axis=1) for cells in own], axis=1)
+    soles = middles_of_feet(log)
+    if soles is None:
+        return []
+    speed = np.hypot(*np.moveaxis(np.gradient(soles, log.time_s, axis=0), -1, 0))
+    return check_exchanged_feet(load, speed, feet)
+
+
+def _unhurried(log: Log, cop_m: FloatArray, rows: IntArray) -> IntArray:
+    """The half of these rows in which the demanded CoP moves least: a delay hardly shows there."""
+    speed = np.hypot(*np.gradient(cop_m, log.time_s, axis=0).T)[rows]
+    slow: IntArray = rows[speed <= np.nanmedian(speed)]
+    return slow
+
+
+def _carried(merged: Merged) -> list[Finding]:
+    """Vertical force of six-axis feet against the weight of the robot."""
+    log = merged.log
+    feet = log.known["foot_rot_wt"].shape[1]
+    force = log.readings.reshape(len(log), feet, 6)[..., :3]
+    vertical = np.einsum("nkj,nkj->nk", log.known["foot_rot_wt"][:, :, 2, :], force)
+    total = vertical.sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
+    return check_total_force(total, merged.weight_n, "all feet")
