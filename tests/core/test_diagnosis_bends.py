@@ -164,19 +164,31 @@ def test_knees_of_an_axis_are_felt_where_its_leg_pushes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("named_for", "p", "bent"),
-    [("fl", 0.0005, True), ("fl", 0.02, False), ("mr", 0.0005, False), ("", 0.0005, False)],
-)
+    ("named_for", "p", "size", "bent"),
+    [
+        (["fl"], 0.0005, 0.3, True), (["fl"], 0.02, 0.3, False), (["mr"], 0.0005, 0.3, False),
+        ([], 0.0005, 0.3, False), (["fl"], 0.0005, 0.2, False), (["fl", "mr"], 0.0005, 0.3, False),
+    ],
+)  # fmt: skip
 def test_a_gain_beside_which_its_transducer_surely_bends_is_no_gain(
-    named_for: str, p: float, bent: bool
+    named_for: list[str], p: float, size: float, bent: bool
 ) -> None:
-    """However little the curve of ``fl.fz`` removes: a gain explains most of one that bends."""
+    """A curve of ``fl.fz`` by a quarter of the gain and more; several legs do not bend alike."""
     curve = named("nonlinearity", "fl.fz").signature
+    column = np.ones((4, 1))
     library = SimpleNamespace(
-        problem=SimpleNamespace(signatures=(curve,)), causes=(curve.cause,),
+        problem=SimpleNamespace(signatures=(curve,), columns=column), causes=(curve.cause,),
         columns=(np.array([7]),), index=lambda column: column - 7,
     )  # fmt: skip
-    search = SimpleNamespace(first=SimpleNamespace(p=np.array([p])))
-    last = SimpleNamespace(library=library, search=search, rules=RULES)
-    causes = [named("scale_matrix" if named_for else "offset_change", named_for or "fl")]
-    assert bend_left(last, causes) is bent  # type: ignore[arg-type]
+    found = SimpleNamespace(
+        p=np.array([p]), best=np.array([7]), interval=lambda _: Interval(size, 0.0, 1.0)
+    )
+    last = SimpleNamespace(library=library, search=SimpleNamespace(first=found), rules=RULES)
+    cause = named("scale_matrix" if named_for else "offset_change", "fl")
+    owners = (("all", tuple(named_for or ["fl"])),)
+    cause = replace(cause, signature=replace(cause.signature, parameter="gain_fz", owners=owners))
+    model = SimpleNamespace(
+        names=("all.gain_fz",), columns=column, intervals=(Interval(1.0, 0.9, 1.1),)
+    )
+    assert bend_left(last, [cause], model) is bent  # type: ignore[arg-type]
+    assert not bend_left(last, [cause], None)  # type: ignore[arg-type]

@@ -74,7 +74,11 @@ class Jump:
         A mount that settles after a tug leaves a small jump beside the step that is named for it.
         """
         near = self.after_s <= other.before_s and self.before_s >= other.after_s
-        return near and self.size <= share * other.size
+        mine, whole = self.size, other.size
+        if self.unit == other.unit and other.usual > 0.0:
+            # what a named jump hid in its own channel's usual steps is gone
+            mine, whole = mine * self.usual, whole * other.usual
+        return near and mine <= share * whole
 
 
 def jump_beside(problem: Problem, fitted: FloatArray) -> Jump:

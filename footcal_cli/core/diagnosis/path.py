@@ -157,6 +157,9 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
         return None
     cause = _untested(signature, jump.p)
     model = refitted_with(subject, [cause], None)
+    if len(subject.table[signature.effect].sizes) > 1:
+        # what jumped by many usual sizes along one axis did so along others
+        model = refitted_with(subject, [cause], model)
     model = replace(model, intervals=_of_one_step(subject, cause, model, jump))
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
     ended = continued(subject, begun, model, seed)

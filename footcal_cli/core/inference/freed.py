@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,11 +54,24 @@ def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
     return freed
 
 
-def seen(freed: Sequence[Freed], problem: Problem, columns: FloatArray) -> list[Freed]:
-    """Named sizes, their other axes where visible, and shapes that data tell from the sizes."""
+def seen(
+    freed: Sequence[Freed], problem: Problem, columns: FloatArray, values: Mapping[str, float]
+) -> list[Freed]:
+    """Named sizes, their other axes where visible, and shapes that data tell from the sizes.
+
+    Parameters
+    ----------
+    values
+        Where the refit begins: what is forty usual sizes along one axis may be so along another.
+    """
     freed = list(freed)
     calibration, columns = _beside_what_is_known(problem, columns)
-    sizes = _sizes_seen(freed, problem, calibration, columns)
+    times = [
+        abs(values[f.name] - f.parameter.neutral) / f.parameter.prior_sd
+        for f in freed if f.named and not f.is_shape
+    ]  # fmt: skip
+    usual = max(1.0, *times) if times else 1.0
+    sizes = _sizes_seen(freed, problem, calibration, columns, usual)
     basis = np.hstack([calibration, columns[:, sizes]])
     kept = []
     for i, item in enumerate(freed):
@@ -85,9 +98,15 @@ def _beside_what_is_known(problem: Problem, columns: FloatArray) -> tuple[FloatA
 
 
 def _sizes_seen(
-    freed: Sequence[Freed], problem: Problem, calibration: FloatArray, columns: FloatArray
+    freed: Sequence[Freed],
+    problem: Problem,
+    calibration: FloatArray,
+    columns: FloatArray,
+    times: float,
 ) -> list[bool]:
     """Named sizes, and other axes that these data tell from the named ones and from each other.
+
+    Those whose size, so many `times` the usual one, changes the residual.
 
     An axis that carries nothing but noise would be given the gain that makes its noise small; one
     that differs from the rest only by what does not repeat between settings would be given any.
@@ -98,7 +117,7 @@ def _sizes_seen(
         spread = problem.settings.spread
         fitted.append(np.pad(spread, ((0, len(columns) - len(spread)), (0, 0))))
     basis = orthonormal(np.hstack(fitted), _RANK)
-    usual = np.array([f.parameter.prior_sd for f in freed])
+    usual = times * np.array([f.parameter.prior_sd for f in freed])
     left = columns - basis @ (basis.T @ columns)
     size = np.sqrt(np.sum(columns**2, axis=0))
     seen = list(named)

@@ -120,7 +120,7 @@ def refit(
     left = residual(case, rows, values, chain, seen=memory)
     ideal = balanced(case, values, chain, judged=True, seen=memory)
     columns = _columns(ideal, rows, chain, values, freed)
-    kept = seen(freed, problem, columns)
+    kept = seen(freed, problem, columns, values)
     fit = _Fit(case, rows, problem, within_blocks(problem), chain, tuple(kept), memory)
     columns = columns[:, [f in kept for f in freed]]
     at = fit.awake(fit.linearised(values, left, ideal, columns))
