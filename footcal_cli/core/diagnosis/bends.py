@@ -31,7 +31,7 @@ from footcal_cli.core.diagnosis.unnamed import (
     loads_of,
 )
 from footcal_cli.core.effects import having
-from footcal_cli.core.effects.contract import Scope, Trait, is_six_axis, units_of
+from footcal_cli.core.effects.contract import Trait, is_six_axis
 from footcal_cli.core.inference.case import Case, Rows, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
@@ -63,11 +63,23 @@ class Bends:
 
 
 def bent_axes(case: Case, causes: Sequence[Cause]) -> tuple[str, ...]:
-    """Axes of transducers that a curve is named for; cells have other curves as rivals."""
+    """Axes of transducers that a curve or a gain is named for; cells have other curves as rivals.
+
+    A gain of all legs is asked for no curve: several transducers do not bend alike.
+    """
     if not is_six_axis(channels_of(case.logs)):
         return ()
     named = [c.signature for c in causes if c.signature.effect in CURVES]
-    return tuple(dict.fromkeys(axis for s in named for _, axes in s.owners for axis in axes))
+    axes = [axis for s in named for _, own in s.owners for axis in own]
+    axes += [axis for cause in causes if (axis := _straight_axis(cause.signature))]
+    return tuple(dict.fromkeys(axes))
+
+
+def _straight_axis(mine: Signature) -> str:
+    """The axis whose gain is named, of one transducer alone; empty for all else."""
+    if mine.effect not in GAINS or [len(legs) for _, legs in mine.owners] != [1]:
+        return ""
+    return f"{mine.owners[0][1][0]}.{mine.parameter.rsplit('_', 1)[1]}"
 
 
 def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> Bends:
@@ -171,7 +183,7 @@ def largest(bare: Problem, column: FloatArray, noise: Noise | None = None) -> fl
 
 
 def bend_left(last: Diagnosis, causes: Sequence[Cause], model: Refit | None) -> bool:
-    """Whether a curve of an axis is surely left beside a gain that is named for its transducer.
+    """Whether a curve of the axis is surely left beside a gain that is named for it.
 
     A gain is the straight one of an axis's curves, and what explains most of one that bends: how
     little the curve then removes says nothing for the gain. Several transducers do not bend alike,
@@ -188,19 +200,17 @@ def bend_left(last: Diagnosis, causes: Sequence[Cause], model: Refit | None) -> 
         return False
     lib, found = last.library, last.search.first
     for cause in causes:
-        mine = cause.signature
-        if mine.effect not in GAINS or [len(own) for _, own in mine.owners] != [1]:
+        mine, axis = cause.signature, _straight_axis(cause.signature)
+        if not axis:
             continue
-        (owner, legs), *_ = mine.owners
-        at = model.names.index(f"{owner}.{mine.parameter}")
+        at = model.names.index(f"{mine.owners[0][0]}.{mine.parameter}")
         least = last.rules.bend_share * norm(model.columns[:, at]) * abs(model.intervals[at].value)
         for c, (effect, *_) in enumerate(lib.causes):
             if effect not in CURVES or found.p[c] >= last.rules.alpha_name:
                 continue
             column = lib.index(int(found.best[c]))
             curve = lib.problem.signatures[column]
-            apart = all(set(legs).isdisjoint(units_of(Scope.LEG, o)) for _, o in curve.owners)
             bent = norm(lib.problem.columns[:, column]) * abs(found.interval(c).value)
-            if not apart and bent > least:
+            if [axes for _, axes in curve.owners] == [(axis,)] and bent > least:
                 return True
     return False

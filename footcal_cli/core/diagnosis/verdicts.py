@@ -57,6 +57,9 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
         or _outdone(subject, path, rules)
     )
+    bent = any(item.as_form and item.left.p < rules.alpha_form for item in unnamed)
+    if verdict is Verdict.NAMED_UNKNOWN and bent:
+        return Verdict.UNKNOWN, share  # what is left may be the form of the name
     if verdict in NAMING and copied:
         # a size that only its bound stops is the size of something else, as is a curve's mean gain,
         # and what others are in a walk in which a cell still jumps; one that may be none is no size
