@@ -21,6 +21,17 @@ SEEN = (
 """Kind and number: causes ended unnamed or absorbed before, clean logs were left alone."""
 
 
+ANKLES = (("ankles mirrored", 701), ("ankles jump", 701), ("ankles clean", 702))
+"""Walks on six-axis ankles: named cross coupling and unknown before, the clean one unknown."""
+
+
+@pytest.mark.parametrize(("name", "number"), ANKLES)
+def test_a_walk_on_ankles_is_read_like_one_on_cells(name: str, number: int, tmp_path: Path) -> None:
+    trial = TRIALS[name]
+    record = diagnosed(trial, seed_of("development", name, number), tmp_path)
+    assert answer(trial, record) == "right", record.get("sentence")
+
+
 STANDS = (("stand crosstalk", 421), ("stand clean", 431))
 """One was certainly named mass and cell position before, the clean one cell position."""
 

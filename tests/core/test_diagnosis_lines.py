@@ -73,3 +73,14 @@ def test_no_piece_goes_on_across_a_pause() -> None:
     traces = Traces(time_s, np.zeros(time_s.size, dtype=np.int64), ("fx",))
     pieces = pieces_of(traces, 2.5)
     assert [rows.size for rows in pieces] == [spell.size, spell.size]
+
+
+@pytest.mark.parametrize("height", [0.4, 2.0])
+def test_a_line_has_the_rms_of_its_wave(height: float) -> None:
+    rng = np.random.default_rng(6)
+    time_s = np.arange(4000) / RATE_HZ
+    hum = height * np.sqrt(2.0) * np.sin(2 * np.pi * HUM_HZ * time_s)
+    traces = Traces(time_s, np.zeros(4000, dtype=int), ("fz",))
+    line = traces.series(hum + 0.5 * rng.standard_normal(4000), RATE_HZ).strongest
+    assert line.p < 1e-6
+    assert line.rms == pytest.approx(height, rel=0.15)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.inference.freed import Freed, around
+from footcal_cli.core.inference.freed import Freed, around, seen
 from footcal_cli.core.inference.refit import _Step
 from footcal_cli.core.parameters import FloatArray
 
@@ -47,3 +49,22 @@ def test_a_derivative_has_two_ends_wherever_a_shape_stands(value: float) -> None
     assert 0.08 - 1e-9 < high - low < 0.16 + 1e-9
     assert low <= value <= high
     assert low >= width.lower
+
+
+@pytest.mark.parametrize(("named_n", "freed"), [(1.0, 1), (40.0, 3)])
+def test_what_jumps_by_forty_usual_sizes_along_one_axis_may_along_another(
+    named_n: float, freed: int
+) -> None:
+    """Rows whose noise is ten times a usual change of an offset, of a robot of 80 kg."""
+    effect, at = TABLE["offset_change"], np.repeat([0.0, 1.0], 20)
+    columns = np.kron(np.eye(3), at[:, None]) / 10.0
+    items = [
+        Freed(f"left.{p.name}", p, 0.02, named=p.name.endswith("_fz"))
+        for p in effect.sizes if "_f" in p.name[-3:]
+    ]  # fmt: skip
+    values = {item.name: named_n if item.named else 0.0 for item in items}
+    problem = SimpleNamespace(
+        calibration=np.kron(np.eye(3), np.ones((40, 1))), known=None, settings=None
+    )
+    kept = seen(items, problem, columns, values)  # type: ignore[arg-type]
+    assert len(kept) == freed

@@ -7,6 +7,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.wiring import (
     check_channels_walking,
+    check_exchanged_feet,
     check_exchanged_walking,
     check_turned_balanced,
 )
@@ -104,3 +105,20 @@ def test_a_cell_that_never_bears_anything_is_not_called_stuck() -> None:
     time_s, forces, _ = steps(1)
     forces[:, 3] = 0.1 * np.random.default_rng(3).standard_normal(time_s.size)
     assert not check_channels_walking(time_s, forces, NAMES)
+
+
+def test_feet_that_carry_each_other_s_load_are_exchanged() -> None:
+    """Any zero and noise; feet in order, a robot that stands, and one load for both are none."""
+    rng = np.random.default_rng(11)
+    time_s = np.arange(0.0, 20.0, 0.01)
+    swings = np.stack([(time_s / 1.2 + half) % 1.0 < 0.38 for half in (0.0, 0.5)], axis=1)
+    load = 300.0 * (1.0 - swings) / np.sum(1.0 - swings, axis=1)[:, None]
+    load = load + np.array([40.0, -25.0]) + rng.normal(0.0, 3.0, load.shape)
+    speed: FloatArray = np.abs(0.9 * swings + rng.normal(0.0, 0.02, swings.shape))
+    found = check_exchanged_feet(load[:, ::-1], speed, ("left", "right"))
+    assert [f.code for f in found] == ["exchanged_channels"]
+    assert check_exchanged_feet(load, speed, ("left", "right")) == []
+    still: FloatArray = np.abs(rng.normal(0.0, 0.002, swings.shape))
+    assert check_exchanged_feet(load[:, ::-1], still, ("left", "right")) == []
+    late = np.roll(speed, 12, axis=0)  # 120 ms, as an estimator may be
+    assert check_exchanged_feet(load, late, ("left", "right")) == []
