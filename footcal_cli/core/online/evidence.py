@@ -357,8 +357,8 @@ class Departure:
     high: float
 
 
-def departures(track: Track, prior_sd: FloatArray, *, width: float = 3.0) -> list[Departure]:
-    """Parameters that end outside ± `width` prior sd by more than their own sd, and since when.
+def departures(track: Track, prior_sd: FloatArray) -> list[Departure]:
+    """Parameters that end outside ± 3 prior sd by more than their own sd, and since when.
 
     Parameters
     ----------
@@ -369,7 +369,7 @@ def departures(track: Track, prior_sd: FloatArray, *, width: float = 3.0) -> lis
     """
     found = []
     for i, name in enumerate(track.names):
-        limit = width * float(prior_sd[i])
+        limit = 3.0 * float(prior_sd[i])
         outside = np.abs(track.values[:, i]) - track.sd[:, i] > limit
         if outside.size and outside[-1]:
             inside = np.flatnonzero(~outside)
