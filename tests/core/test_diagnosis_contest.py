@@ -20,7 +20,6 @@ from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.kindred import (
     Tried,
     excess_of,
-    largest_excess,
     likelier,
     odds_of,
     of_two_classes,
@@ -34,6 +33,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import (
     Interval,
+    largest_excess,
     sign_flip_group,
     sign_flip_mean,
     sign_patterns,

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained
@@ -20,6 +20,7 @@ from footcal_cli.core.inference.evidence import (
     Interval,
     effective_blocks,
     jackknife_interval,
+    largest_excess,
     local_max_t,
     sign_flip_group,
     sign_flip_max_t,
@@ -35,7 +36,6 @@ from footcal_cli.core.parameters import FloatArray
 SMOOTH = having(Trait.SMOOTH)
 """Curves of one number. Against a knee, which has its place too, they count together: only where
 the sharp knee adds something beside both is a smooth curve out."""
-_UNSURE = 0.05
 _MOST = 500.0  # exponent of odds
 _OUT = 0.01  # odds at which a cause is out
 
@@ -74,30 +74,6 @@ def left_of(
     found = scores(grams.inner, grams.calibration, grams.features)
     taken, freedom = explained(grams, grams.calibration, grams.features)
     return sign_flip_group(found.score, signs), largest_excess(taken, freedom)
-
-
-def largest_excess(taken: float, freedom: int) -> float:
-    """Upper 95 % bound of the noncentrality λ of χ²: ``P(χ²_k(λ) ≤ taken) = 0.05``.
-
-    Parameters
-    ----------
-    taken
-        Squared error in units of the noise that k directions take.
-    freedom
-        Their number, k.
-    """
-    if not freedom:
-        return 0.0
-
-    def below(excess: float) -> float:
-        return float(stats.ncx2.cdf(taken, freedom, excess)) - _UNSURE
-
-    if stats.chi2.cdf(taken, freedom) <= _UNSURE:
-        return 0.0
-    end = taken + freedom + 20.0
-    while below(end) > 0.0:
-        end *= 2.0
-    return float(optimize.brentq(below, 0.0, end))
 
 
 def excess_of(other: FloatArray, best: FloatArray) -> Interval:
