@@ -107,9 +107,8 @@ def _walker(session: Session[Any]) -> Robot:
     robot, path = session.recipe.robot, session.recipe.path
     if not robot.feet:
         raise UsageError(
-            "no recipe names the feet" if path is None else "the recipe names no feet", file=path,
-            remedy="describe them in [robot.feet.<name>]",
-        )  # fmt: skip
+            "no feet are described", file=path, remedy="add [robot.feet.<name>] to the recipe"
+        )
     if robot.mass_kg is None:
         raise UsageError(
             "the recipe gives no mass", file=path,
