@@ -47,7 +47,7 @@ from itertools import permutations
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.diagnosis.contest import OF_ANY_ORDER
+from footcal_cli.core.diagnosis.comparison import OF_ANY_ORDER
 from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig

@@ -14,10 +14,10 @@ from scipy import stats
 from footcal_cli.core.diagnosis import field, growth
 from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.contest import _where, _worse
+from footcal_cli.core.diagnosis.comparison import _where, _worse
 from footcal_cli.core.diagnosis.field import best_of
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
-from footcal_cli.core.diagnosis.kindred import (
+from footcal_cli.core.diagnosis.rivals import (
     Tried,
     excess_of,
     likelier,
