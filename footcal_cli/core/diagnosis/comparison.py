@@ -128,7 +128,7 @@ def decided(
     }
     losses = {t.cause.signature.effect: t.loss for t in tried}
     lost = {effect: float((other - loss).sum()) for effect, other in losses.items()}
-    most = share_for_form(best, rules.kindred_loss, rules) * gain
+    most = share_for_form(best, rules.rival_loss, rules) * gain
     knees = {effect for effect in KNEES & lost.keys() if lost[effect] < most}
     if chosen.signature.effect in KNEES or knees - worse:
         worse -= knees
@@ -158,7 +158,7 @@ def decided(
 
     def odds(effect: str) -> float:
         """Of what no comparison of losses rules out, or has no loss of its own, even ones."""
-        bent = rules.kindred_loss * gain
+        bent = rules.rival_loss * gain
         if effect in same:
             return 1.0
         if effect in losses:
@@ -304,7 +304,7 @@ def _worse(
         return significant
     if best.p >= rules.alpha_whole and other.p < level_of(best.cause, other.cause, rules):
         return True
-    return significant and lost >= rules.kindred_loss * gain
+    return significant and lost >= rules.rival_loss * gain
 
 
 def _where(

@@ -179,7 +179,7 @@ def share_for_form(best: Tried, fitting: float, rules: Rules) -> float:
     ----------
     fitting
         That share where the best one's form fits: `Rules.other_form` for a curve of the other
-        class. Of two knees `Rules.kindred_loss`: they are one curve where loads are of one sign,
+        class. Of two knees `Rules.rival_loss`: they are one curve where loads are of one sign,
         and where these pull too they are not at all alike.
     """
     return rules.wrong_form if best.p < rules.alpha_left else fitting
