@@ -272,6 +272,11 @@ class Effect:
         return tuple(parameter for parameter in self.parameters if parameter.shape)
 
 
+def unchanged(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:
+    """The way back of what cannot be undone."""
+    return y, state
+
+
 Amount = Callable[[Log, Theta], FloatArray]
 """What an effect without memory adds, or multiplies by."""
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import savgol_filter
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -118,6 +119,39 @@ def steady_stretches(
             verdict = Verdict.KEPT
         stretches.append(Stretch(start, stop, verdict, duration))
     return tuple(stretches)
+
+
+def why_no_pose(time_s: FloatArray, force_n: FloatArray, rule: SteadyRule) -> tuple[str, str]:
+    """Why nothing stands still long enough, and what would take the quietest part.
+
+    Parameters
+    ----------
+    time_s, force_n
+        As for `steady_stretches`, which kept nothing of them.
+    """
+    length, asked = float(np.ptp(time_s)), rule.duration_s
+    quiet = [s for s in steady_stretches(time_s, force_n, rule) if s.verdict is Verdict.TOO_SHORT]
+    if quiet:
+        longest = max(quiet, key=lambda s: s.duration_s)
+        return (
+            f"the longest stretch that stands still lasts {longest.duration_s:.3g} s (from "
+            f"{time_s[longest.start]:.5g} s), not more than steady_duration_s = {asked:g} s",
+            f"stand still longer, or set steady_duration_s = {0.9 * longest.duration_s:.2g}",
+        )
+    if length <= asked:
+        return (
+            f"the recording lasts {length:.3g} s, not more than steady_duration_s = {asked:g} s",
+            "record longer",
+        )
+    rate = force_rate_nps(time_s, force_n, rule.window_s)
+    rows = min(int(asked / np.median(np.diff(time_s))) + 2, rate.size)
+    largest = sliding_window_view(rate, rows).max(axis=1)
+    at = int(np.argmin(largest))
+    return (
+        f"in the quietest {asked:g} s (from {time_s[at]:.5g} s) forces change by up to "
+        f"{largest[at]:.3g} N/s, more than steady_rate_nps = {rule.rate_nps:g}",
+        f"stand still in each pose, or set steady_rate_nps = {1.2 * largest[at]:.3g}",
+    )
 
 
 def medians(columns: FloatArray, stretches: tuple[Stretch, ...]) -> FloatArray:
