@@ -13,7 +13,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import savgol_filter
 
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 
 
 class Verdict(StrEnum):
@@ -22,7 +22,6 @@ class Verdict(StrEnum):
     KEPT = "kept"
     MOVING = "moving"
     TOO_SHORT = "too short"
-    LOST = "motion capture lost"
 
 
 @dataclass(frozen=True)
@@ -41,11 +40,6 @@ class Stretch:
     stop: int
     verdict: Verdict
     duration_s: float
-
-    @property
-    def reason(self) -> str:
-        """The verdict in words, with the number behind it."""
-        return f"{self.verdict.value} ({self.duration_s:.2f} s)"
 
 
 @dataclass(frozen=True)
@@ -90,9 +84,8 @@ def steady_stretches(
     time_s: FloatArray,
     force_n: FloatArray,
     rule: SteadyRule | None = None,
-    tracked: BoolArray | None = None,
 ) -> tuple[Stretch, ...]:
-    """Every row of a log in one stretch, kept or discarded with its reason.
+    """Every row of a log in one stretch, kept or discarded.
 
     Parameters
     ----------
@@ -100,8 +93,6 @@ def steady_stretches(
         Shape (n,), evenly sampled.
     force_n
         Forces of all legs, shape (n, K, 3), N.
-    tracked
-        Whether motion capture saw the body, shape (n,).
     """
     asked = rule or SteadyRule()
     still = force_rate_nps(time_s, force_n, asked.window_s) < asked.rate_nps
@@ -113,8 +104,6 @@ def steady_stretches(
             verdict = Verdict.MOVING
         elif duration <= asked.duration_s:
             verdict = Verdict.TOO_SHORT
-        elif tracked is not None and not tracked[start:stop].all():
-            verdict = Verdict.LOST
         else:
             verdict = Verdict.KEPT
         stretches.append(Stretch(start, stop, verdict, duration))
