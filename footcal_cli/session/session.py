@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from rich.console import Console
 
 from footcal_cli.core.quality import Finding
-from footcal_cli.errors import DataError, FitError, UsageError
+from footcal_cli.errors import DataError, FitError
 from footcal_cli.recipe import CommandOptions, Recipe, read_recipe
 from footcal_cli.records.results import ParametersRecord, RunRecord
 from footcal_cli.report import Drawn, history_sheet, read_aloud, read_as_sheet
@@ -212,16 +212,10 @@ class Session(Logs, Generic[Options]):
                 advance(1)
 
     def _suspect(self, _kind: object, error: BaseException | None, _trace: object) -> bool:
-        """Where nothing usable came out of a log, say what is wrong with it as far as was seen.
-
-        Without a recipe what the log looks like leads to one.
-        """
+        """Where nothing usable came out of a log, say what is wrong with it as far as was seen."""
         alarm = next((f for f in self._noted if f.severity == "alarm"), None)
         if isinstance(error, DataError | FitError) and alarm is not None:
             error.suspicion = f"{alarm.where}: {alarm.sentence}. Remedy: {alarm.remedy}"
-        asked = self.request
-        if isinstance(error, UsageError) and error.file is asked.recipe is None and asked.logs:
-            error.file, error.foreign = asked.logs[0], True
         return False
 
     def created(self) -> str:
