@@ -68,7 +68,7 @@ RESIZED = {
 """How many times larger than in practice an effect must be to show within seconds."""
 OF_HEAVY_LOADS = {"quadratic": 0.02, "offset_drift": 2000.0}
 """The same for transducers that carry a hundred times what those cells do."""
-QUIETER = {"sensor_lag": 0.1, "axis_flip": 0.1, "scale_matrix": 0.1}
+QUIETER = {"sensor_lag": 0.1, "axis_flip": 0.1, "scale_matrix": 0.1, "dead_zone": 0.1}
 """Share of the noise left where removing an effect amplifies noise, a larger gain all of it: the
 residual does not weigh that (its determinant is missing), so that noise biases the estimate by a
 part of its sd."""
