@@ -281,7 +281,8 @@ def page() -> str:
             "## Lines",
             "",
             f"{sum(files.values())} files, {sum(lines.values()):,} lines; "
-            f"{sum(BEFORE.values()):,} lines at commit 6403e2b. Rooms that are gone since: {gone}.",
+            f"{sum(BEFORE.values()):,} lines at commit 6403e2b. Rooms that are gone since: {gone}. "
+            "No command, option or effect of that commit is gone (`tests/contract`).",
             "",
             "| subsystem | files | lines | at 6403e2b | imports from | imported by |",
             "|---|---|---|---|---|---|",

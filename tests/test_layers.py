@@ -207,7 +207,8 @@ def solvers_in(path: Path) -> int:
     return sum(
         func.id in imported
         if isinstance(func, ast.Name)
-        else isinstance(func, ast.Attribute) and func.attr in ("inv", "pinv")
+        else isinstance(func, ast.Attribute)
+        and (func.attr in ("inv", "pinv") or ast.unparse(func.value).endswith("optimize"))
         for func in called
     )
 
@@ -219,6 +220,24 @@ def test_solvers_and_inverses_stand_in_the_inference() -> None:
         if (found := solvers_in(path)) and PACKAGE / "core" / "inference" not in path.parents
     }
     assert not outside
+
+
+def test_frozen_objects_keep_no_memory() -> None:
+    """Who remembers from call to call says so, and is not frozen; a log keeps what follows from it.
+
+    A value that follows from fields alone (`cached_property`) is none.
+    """
+    remembering = {
+        f"{path.relative_to(PACKAGE).as_posix()}: {kind.name}"
+        for path in sources()
+        for kind in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(kind, ast.ClassDef)
+        and any("frozen=True" in ast.unparse(d) for d in kind.decorator_list)
+        for line in kind.body
+        if isinstance(line, ast.AnnAssign) and line.value is not None
+        and {"default_factory", "init"} <= {k.arg for k in getattr(line.value, "keywords", ())}
+    }  # fmt: skip
+    assert remembering == {"core/log.py: Log"}
 
 
 def effect_names_in(path: Path) -> set[str]:

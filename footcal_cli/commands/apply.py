@@ -15,20 +15,18 @@ if TYPE_CHECKING:
 @command(ApplyOptions, lacks=("reference",))
 def apply(session: Session[ApplyOptions]) -> Outcome:
     """Turn a log into calibrated forces, centres of pressure or foot wrenches."""
-    from footcal_cli.errors import UsageError
-
     robot = session.recipe.robot
     if session.parameters is None:
-        raise UsageError("no calibration given", remedy="give --parameters FILE.json")
+        raise session.lacks("no calibration given", "give --parameters FILE.json")
     if robot.legs:
         return _wrenches(session)
     if not robot.cell_names:
         cells = tuple(session.parameters.calibrated_cells)
         if not cells:
-            raise UsageError(
+            raise session.lacks(
                 "neither the recipe nor the calibration names load cells, and the recipe no legs",
-                file=session.recipe.path, remedy="add [robot.legs.…], [robot.feet.…] or channels",
-            )  # fmt: skip
+                "add [robot.legs.…], [robot.feet.…] or channels",
+            )
         loose = robot.model_copy(update={"channels": cells})
         session.recipe = session.recipe.model_copy(update={"robot": loose})
     return _forces(session)

@@ -252,14 +252,14 @@ def _without_flicker(state: BoolArray, shortest: int) -> BoolArray:
     return cleaned
 
 
-def gait_cycles(contact: FloatArray, foot: int = 0) -> IntArray:
+def gait_cycles(contact: FloatArray) -> IntArray:
     """Number of the gait cycle each sample belongs to, −1 before the first; shape (n,).
 
-    A cycle starts where a foot's swing ends.
+    A cycle starts where the first foot's swing ends.
     """
-    known = np.isfinite(contact[:, foot])
+    known = np.isfinite(contact[:, 0])
     last = np.maximum.accumulate(np.where(known, np.arange(len(contact)), -1))
-    state = np.where(last >= 0, contact[np.maximum(last, 0), foot], np.nan)
+    state = np.where(last >= 0, contact[np.maximum(last, 0), 0], np.nan)
     starts = np.zeros(len(contact), dtype=np.int64)
     starts[1:] = (state[1:] == 1) & (state[:-1] == 0)
     return np.cumsum(starts) - 1

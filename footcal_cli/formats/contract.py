@@ -130,3 +130,13 @@ def time_column(names: tuple[str, ...]) -> str | None:
         if short in {"t", "time", "timestamp", "stamp"} or short.startswith(("time_", "t_")):
             return name
     return None
+
+
+def number_of(word: str) -> int | float | None:
+    """A word as a whole number where it is one, else as a number; None where it is none."""
+    for kind in (int, float):
+        try:
+            return kind(word)
+        except ValueError:
+            pass
+    return None

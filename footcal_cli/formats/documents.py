@@ -11,7 +11,7 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Array, Clock, Columns, Stream
+from footcal_cli.formats.contract import Array, Clock, Columns, Stream, number_of
 from footcal_cli.tables.foreign import without_braces
 
 _ENTRY = re.compile(r"^(?P<indent>\s*)(?P<dash>- )?(?:(?P<key>[A-Za-z_][\w ]*):)?\s*(?P<value>.*)$")
@@ -78,18 +78,7 @@ def _values(message: str) -> Iterator[tuple[str, Any]]:
             above.append((indent, found["key"]))
         elif (several := _LIST.match(value)) is not None:
             for i, word in enumerate(several[1].split(",")):
-                if (number := _number(word)) is not None:
+                if (number := number_of(word)) is not None:
                     yield f"{name}_{i}", number
-        elif (number := _number(value)) is not None:
+        elif (number := number_of(value)) is not None:
             yield name, number
-
-
-def _number(word: str) -> float | int | None:
-    try:
-        return int(word)
-    except ValueError:
-        pass
-    try:
-        return float(word)
-    except ValueError:
-        return None

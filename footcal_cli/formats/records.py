@@ -16,7 +16,7 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Array, Clock, Stream, with_unit
+from footcal_cli.formats.contract import Array, Clock, Stream, number_of, with_unit
 from footcal_cli.tables.foreign import BLOCKS, cards, is_xml
 from footcal_cli.tables.pose_blocks import pose_blocks
 from footcal_cli.tables.turns import rows_of_turns
@@ -71,21 +71,12 @@ def _with_its_unit(name: str, words: Sequence[str]) -> tuple[str, Array]:
 
 def _column(words: Sequence[str]) -> Array:
     """Numbers where all words are some or are empty, else the words."""
-    numbers = [_number(word) for word in words]
+    numbers = [number_of(word) for word in words]
     if all(n is not None or not w.strip() for n, w in zip(numbers, words, strict=True)):
         if all(isinstance(n, int) for n in numbers):
             return np.array(numbers, dtype=np.int64)
         return np.array([np.nan if n is None else n for n in numbers], dtype=np.float64)
     return np.array(words, dtype=object)
-
-
-def _number(word: str) -> int | float | None:
-    for kind in (int, float):
-        try:
-            return kind(word)
-        except ValueError:
-            pass
-    return None
 
 
 def _of_xml(path: Path, text: str) -> list[dict[str, str]]:

@@ -166,10 +166,9 @@ def feet_frames(session: Session[KinematicsOptions], body: RigidBody) -> dict[st
     options = session.options
     names = tuple(session.recipe.robot.feet) or tuple(options.feet)
     if not names:
-        raise UsageError(
-            "the recipe names no feet", file=session.recipe.path,
-            remedy='name their links: [kinematics.feet] left = "l_sole"',
-        )  # fmt: skip
+        raise session.lacks(
+            "no feet are named", 'name their links: [kinematics.feet] left = "l_sole"'
+        )
     for name in (*options.feet, *((options.anchor,) if options.anchor else ())):
         if name not in names:
             raise UsageError(

@@ -14,7 +14,14 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.intake import Frames, frames_of
-from footcal_cli.core.pose.steady import SteadyRule, Stretch, Verdict, medians, steady_stretches
+from footcal_cli.core.pose.steady import (
+    SteadyRule,
+    Stretch,
+    Verdict,
+    medians,
+    steady_stretches,
+    why_no_pose,
+)
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
@@ -99,6 +106,9 @@ def steady_frames(
                 rejected[name] = rejected.get(name, 0) + 1
         notes += _poses_left_out(table.path.name, time_s, stretches, rule[1])
         kept.append({name: medians(values, stretches) for name, values in columns.items()})
+    if kept and not any(len(part["wrench"]) for part in kept):
+        why, remedy = why_no_pose(time_s, columns["wrench"][..., :3], SteadyRule(*rule))
+        raise DataError(f"no pose: {why}", file=table.path, remedy=remedy)
     if not kept:
         return Frames(np.zeros(0), {}, incomplete, broken), rejected, notes
     joined = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}

@@ -158,8 +158,7 @@ def read_pairs(session: Session[PoseCalibOptions]) -> tuple[dict[str, FloatArray
     """
     options = session.options
     if not options.series:
-        raise UsageError("no pairs named", file=session.recipe.path,
-                         remedy="add series = [['hip', 'ankle']] to [pose_calib]")  # fmt: skip
+        raise session.lacks("no pairs named", "add series = [['hip', 'ankle']] to [pose_calib]")
     names = tuple(dict.fromkeys(name for pair in options.series for name in pair))
     table = session.read_required(six_axis_feet_table(names))[0]
     time_s = table.number("time_s")
@@ -201,16 +200,16 @@ def known_legs(session: Session[Any]) -> tuple[LegKnowledge, ...]:
     """What the hanging calibration found for every leg of the recipe."""
     robot, command = session.recipe.robot, session.request.command
     if session.parameters is None:
-        raise UsageError(
+        raise session.lacks(
             "standing poses start from a hanging calibration" if command == "diagnose"
             else f"{command} starts from a hanging calibration",
-            remedy="give --parameters FILE of footcal hang-calib",
+            "give --parameters FILE of footcal hang-calib",
         )  # fmt: skip
     if robot.weight_n is None or not robot.legs:
-        raise UsageError(
+        raise session.lacks(
             f"{command} needs the robot's mass and the nominal mounting of its legs",
-            file=session.recipe.path, remedy="add mass_kg and [robot.legs.…] to the recipe",
-        )  # fmt: skip
+            "add mass_kg and [robot.legs.…] to the recipe",
+        )
     values, covariance_of = session.parameters.values, session.parameters.covariance_of
     hung = session.recipe.options.get("hang_calib", {})
     by_body = hung.get("orientation_of") == "body"

@@ -101,14 +101,11 @@ def _walker(session: Session[Any]) -> Robot:
     """The recipe's robot, which has feet and a mass."""
     robot, path = session.recipe.robot, session.recipe.path
     if not robot.feet:
-        raise UsageError(
-            "the recipe names no feet", file=path, remedy="describe them in [robot.feet.<name>]"
-        )
+        raise session.lacks("no feet are described", "add [robot.feet.<name>] to the recipe")
     if robot.mass_kg is None:
-        raise UsageError(
-            "the recipe gives no mass", file=path,
-            remedy="give mass_kg in [robot], batteries and cables included",
-        )  # fmt: skip
+        raise session.lacks(
+            "no mass is given", "give mass_kg in [robot], batteries and cables included"
+        )
     if not is_six_axis_robot(robot):
         require_feet_of_cells(robot, path)
     return robot

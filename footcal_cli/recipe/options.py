@@ -13,6 +13,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import BeforeValidator, Field, model_validator
 
 from footcal_cli.recipe import CommandOptions, metres
+from footcal_cli.recipe.filespecs import as_place
 from footcal_cli.records.models import Frozen
 
 
@@ -131,10 +132,6 @@ class JointColumn(Frozen):
     unit: str | None = None
 
 
-def _as_column(value: object) -> object:
-    return {"column": value} if isinstance(value, str) else value
-
-
 class KinematicsOptions(CommandOptions):
     """``[kinematics]`` of a recipe.
 
@@ -144,7 +141,7 @@ class KinematicsOptions(CommandOptions):
     """
 
     urdf: Annotated[str | None, Flag("The robot's model.", metavar="FILE.urdf")] = None
-    joints: dict[str, Annotated[JointColumn, BeforeValidator(_as_column)]] = Field(
+    joints: dict[str, Annotated[JointColumn, BeforeValidator(as_place)]] = Field(
         default_factory=dict
     )
     joint_unit: Literal["rad", "deg"] = "rad"

@@ -174,6 +174,13 @@ class Logs:
             remedy=f"name a LOG on the command line or '{role}' in [data]",
         )  # fmt: skip
 
+    def lacks(self, problem: str, remedy: str) -> UsageError:
+        """What no log says is missing; without a recipe, what the LOG looks like leads to one."""
+        recipe, logs = self.recipe.path, self.request.logs
+        foreign = recipe is None and bool(logs)
+        file = logs[0] if foreign else recipe
+        return UsageError(problem, file=file, remedy=remedy, foreign=foreign)
+
     def only_log(self, table: TableType, role: str | None = None) -> Path | None:
         """The one log of a role that has the table's columns; None where none or several do."""
         paths = self.paths(role or table.name)

@@ -7,8 +7,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.online.comparison import Comparison
-from footcal_cli.core.online.evidence import Interval
 from footcal_cli.core.online.filter import Noise
 from footcal_cli.core.parameters import learnt_status
 from footcal_cli.core.signals import parts_of

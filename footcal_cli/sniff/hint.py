@@ -19,6 +19,10 @@ _EXAMPLES = {
     "body": (
         "time_s,com_x_m,com_y_m,com_z_m,…", "0.00,0.001,0.002,0.26,…", "0.01,0.001,0.002,0.26,…",
     ),
+    "feet": (
+        "time_s,left_fx_n,left_fy_n,left_fz_n,left_tx_nm,…", "0.00,1.2,-0.3,251.0,0.5,…",
+        "0.01,1.1,-0.4,250.2,0.5,…",
+    ),
     "hang": (
         "time_s,leg,orientation,fx_n,fy_n,fz_n,tx_nm,ty_nm,tz_nm",
         "0.00,wrist,+x,9.8,0.1,0.0,0.0,0.0,0.0", "0.01,wrist,+x,9.8,0.1,0.0,0.0,0.0,0.0",
@@ -55,4 +59,5 @@ def hint(path: Path) -> tuple[str, tuple[str, ...]] | None:
     if not parts:
         return None
     plan = parts[0].plan
-    return f"this looks like {plan.kind}; run `footcal init {path}`", accepted(plan.role)
+    said = f"this looks like {plan.kind}; run `footcal init {path}`"
+    return said, accepted("feet" if plan.feet else plan.role)

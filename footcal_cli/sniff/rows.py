@@ -87,9 +87,9 @@ def _counts(fields: Sequence[str]) -> bool:
     return all(int(b) - int(a) == 1 for a, b in pairwise(fields))
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Body:
-    """The rows of a text under one separator.
+    """The rows of a text under one separator; remembers which lines it was asked for.
 
     `share` of the lines have `width` fields; `numbers` of these hold numbers, in `numeric` columns;
     `sparse` where many rows lack half of them, as topics do that take turns; `whole` where no field
@@ -110,9 +110,7 @@ class Body:
     counted: bool
     spoken: bool
     indented: bool
-    _known: dict[tuple[str, bool], bool] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
+    _known: dict[tuple[str, bool], bool] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, lines: list[str], separator: str) -> Body:

@@ -61,7 +61,7 @@ def units_beside(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     return made
 
 
-def _in_rows(numbers: Sequence[float], raw: RawColumn) -> FloatArray:
+def _in_rows(numbers: Sequence[float] | FloatArray, raw: RawColumn) -> FloatArray:
     """Numbers of the cells that are not empty at their rows, NaN in the others, shape (n,)."""
     values = np.full(len(raw.values), np.nan)
     values[~raw.empty] = numbers
@@ -200,7 +200,7 @@ def _with_units(
         unit = units.pop()
         numbers = np.array([float(p[0].replace(",", ".")) for p in pairs if p])
         return ColumnGuess(
-            column, name, unit, "likely", "numbers with their unit", _in_their_rows(numbers, raw),
+            column, name, unit, "likely", "numbers with their unit", _in_rows(numbers, raw),
             pattern=r"([-+]?[\d.,]+(?:[eE][-+]?\d+)?)",
         )  # fmt: skip
     kinds = (("kg", MASSES), ("N", WEIGHTS), ("mV", VOLTAGES))
@@ -211,16 +211,9 @@ def _with_units(
         float(p[0].replace(",", ".")) * sizes[known_unit(p[1]) or one] if p else 0.0 for p in pairs
     ])  # fmt: skip
     return ColumnGuess(
-        column, name, one, "likely", "numbers with their units", _in_their_rows(numbers, raw),
+        column, name, one, "likely", "numbers with their units", _in_rows(numbers, raw),
         pattern=r"([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-zµ]*)",
     )  # fmt: skip
-
-
-def _in_their_rows(numbers: FloatArray, raw: RawColumn) -> FloatArray:
-    """Numbers of the cells that are not empty, shape (n,), NaN in all others."""
-    found = np.full(len(raw.values), np.nan)
-    found[~raw.empty] = numbers
-    return found
 
 
 def _added_up(column: str, name: NameGuess, words: list[str], raw: RawColumn) -> ColumnGuess | None:

@@ -234,7 +234,7 @@ class _BareFilter:
 
     def __init__(self, log: Log, belief: Belief) -> None:
         rows = cell_rows(log, belief)
-        self.rows, self.start = rows, Pass.begin(rows, NOISE, None, ())
+        self.rows, self.start = rows, Pass.begin(rows, NOISE, ())
         tuned, (u, k), s = self.start.tuned, rows.error.shape, self.start.mean.size
         every = np.arange(k)
         self.h, self.noise = np.zeros((u, k, s)), np.zeros((u, k, k))

@@ -163,3 +163,16 @@ def test_scales_are_as_unsure_as_the_mass_that_the_robot_is_said_to_have(
     shared = [(a**2 - b**2) ** 0.5 for a, b in zip(sd["not said"], sd["weighed"], strict=True)]
     assert all(0.002 < s < 0.01 for s in shared)
     assert max(shared) == pytest.approx(min(shared), rel=1e-6)
+
+
+@pytest.mark.parametrize("command", ["static-init", "online-replay", "pose-calib", "apply"])
+def test_without_a_recipe_a_refusal_says_what_the_log_looks_like(
+    command: str, run: Run, tmp_path: Path
+) -> None:
+    log = tmp_path / "walk.csv"
+    rows = [f"{0.01 * i:.2f},{251 + i % 7},{249 - i % 5}" for i in range(40)]
+    log.write_text("\n".join(["t,left_Fz_N,right_Fz_N", *rows]))
+    answer = run(command, log, "--out", tmp_path / "out")
+    assert answer.exit_code == 2
+    assert f"run `footcal init {log}`" in " ".join(answer.err.split())
+    assert len(answer.err.split("for example:")[1].strip().splitlines()) == 3

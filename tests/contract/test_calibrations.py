@@ -155,15 +155,15 @@ def walked(seed: int) -> FloatArray:
 
 
 @pytest.mark.parametrize(
-    ("fit", "seeds", "low"),
+    ("fit", "seeds"),
     [
-        (hanging, 15, 0.85), (stood, 20, 0.85), (placed, 20, 0.85),
-        pytest.param(posed, 10, 0.85, marks=pytest.mark.slow),
-        pytest.param(weighed, 40, 0.85, marks=pytest.mark.slow),
-        # of a drift the mean variance is taken, not the likeliest: a walk errs on the safe side
-        pytest.param(walked, 16, 0.75, marks=pytest.mark.slow),
+        (hanging, 15), (stood, 20), (placed, 20),
+        pytest.param(posed, 10, marks=pytest.mark.slow),
+        pytest.param(weighed, 40, marks=pytest.mark.slow),
+        # errors of one walk are alike: RMS of a walk 0.3 to 1.5, of sixteen walks 0.8 to 1.0
+        pytest.param(walked, 40, marks=pytest.mark.slow),
     ],
 )  # fmt: skip
-def test_errors_match_their_sd(fit: Callable[[int], FloatArray], seeds: int, low: float) -> None:
+def test_errors_match_their_sd(fit: Callable[[int], FloatArray], seeds: int) -> None:
     rms = float(np.sqrt(np.mean(np.array([fit(seed) for seed in range(seeds)]) ** 2)))
-    assert low <= rms <= 1.15
+    assert 0.85 <= rms <= 1.15

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import inspect
+import json
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+import typer
 
 from footcal_cli.app import COMMANDS, function_of
 from footcal_cli.commands import option_tables
+from footcal_cli.core.effects import TABLE
 from footcal_cli.recipe import CommandOptions
 from tests.conftest import Run
 
@@ -30,6 +33,21 @@ def test_one_spelling_for_command_module_and_function() -> None:
 
 def test_every_module_of_the_room_is_a_command() -> None:
     assert {module_of(name) for name in COMMANDS} == option_tables()
+
+
+def test_nothing_is_lost_that_was_offered() -> None:
+    """Commands, options and effects of commit 6403e2b, from which on the house was rebuilt."""
+    offered = json.loads((Path(__file__).parent / "offered_at_6403e2b.json").read_text("utf-8"))
+    for name, options in offered["commands"].items():
+        alone = typer.Typer()
+        alone.command()(FUNCTIONS[name])
+        now = {
+            word
+            for parameter in typer.main.get_command(alone).params
+            for word in (*parameter.opts, *parameter.secondary_opts)
+        }
+        assert not set(options) - now, name
+    assert not set(offered["effects"]) - TABLE.keys()
 
 
 @pytest.mark.parametrize("name", sorted(COMMANDS))

@@ -35,7 +35,8 @@ from tests.core.ankle_simulation import Ankles, humanoid, six_axis_feet_log
 BIPED, HEXAPOD, HUMANOID = Biped(), Hexapod(), humanoid()
 FORCE_SD_N, TORQUE_SD_NM = 0.04, 0.004
 FORCE, TORQUE = Noise(white=FORCE_SD_N), Noise(white=TORQUE_SD_NM)
-SEEDS = 40
+SEEDS = 80
+"""Of the hundred and fifty cases chance throws one out of 0.85 to 1.15 in forty runs."""
 VISIBLE = 5.0
 """Signature per prior sd, in units of noise, from which on a log says something of a parameter."""
 SHAPES = {
@@ -67,9 +68,10 @@ RESIZED = {
 """How many times larger than in practice an effect must be to show within seconds."""
 OF_HEAVY_LOADS = {"quadratic": 0.02, "offset_drift": 2000.0}
 """The same for transducers that carry a hundred times what those cells do."""
-QUIETER = {"sensor_lag": 0.1, "axis_flip": 0.1}
-"""Share of the noise left where removing an effect amplifies noise: the residual does not weigh
-that (its determinant is missing), so that noise biases the estimate by a part of its sd."""
+QUIETER = {"sensor_lag": 0.1, "axis_flip": 0.1, "scale_matrix": 0.1, "dead_zone": 0.1}
+"""Share of the noise left where removing an effect amplifies noise, a larger gain all of it: the
+residual does not weigh that (its determinant is missing), so that noise biases the estimate by a
+part of its sd."""
 Simulator = Callable[[Chain, dict[str, float], int], Simulated]
 
 
@@ -299,7 +301,7 @@ def rms(values: FloatArray) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("effect", "experiment"), CASES)
-def test_error_matches_sd_over_forty_seeds(effect: Effect, experiment: str) -> None:
+def test_error_matches_sd_over_eighty_seeds(effect: Effect, experiment: str) -> None:
     assert 0.85 <= rms(pulls(effect, experiment, SEEDS)) <= 1.15
 
 

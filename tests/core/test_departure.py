@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from footcal_cli.core.diagnosis.departure import Departure, departure_of
-from footcal_cli.core.diagnosis.kindred import likelier, odds_of
+from footcal_cli.core.diagnosis.rivals import likelier, odds_of
 from footcal_cli.core.inference.problem import Problem
 
 ROWS, BLOCKS = 120, 12

@@ -20,7 +20,7 @@ from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from tests.core.test_diagnosis_bridge import ROBOT, weights_case, with_rivals
-from tests.core.test_diagnosis_contest import cause_of
+from tests.core.test_diagnosis_comparison import cause_of
 
 CURVES = {k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone")}
 

@@ -153,7 +153,7 @@ def grown_from(
 def test_a_look_alike_that_is_nothing_takes_no_name_with_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """It wins the contest by a hair and has no size; what was named has one."""
+    """It wins by a hair and has no size; what was named has one."""
     assert grown_from(monkeypatch, {LIKE}, set()) == (NAMED, [LIKE, NAMED])
     assert grown_from(monkeypatch, {LIKE, NAMED}, set()) == (NEXT, [LIKE, NAMED, NEXT])
     assert grown_from(monkeypatch, {LIKE, NAMED, NEXT}, set())[0] is None

@@ -10,9 +10,9 @@ import pytest
 from footcal_cli.core.chain import Link
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.change_points import at_its_change_point
 from footcal_cli.core.diagnosis.floor import MOST, times_floor
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.moments import at_its_moment
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import Subject
@@ -193,11 +193,11 @@ def test_a_step_is_found_at_its_row_between_the_times_that_are_tried() -> None:
     ]  # fmt: skip
     nearest = min(tried, key=lambda s: abs(dict(s.shape)["change_time"] - since[true]))
     assert abs(dict(nearest.shape)["change_time"] - since[true]) > 5 * np.median(np.diff(since))
-    found = dict(at_its_moment(subject, nearest, (), None).shape)["change_time"]
+    found = dict(at_its_change_point(subject, nearest, (), None).shape)["change_time"]
     assert abs(found - since[true]) < 1.5 * np.median(np.diff(since))
     # where nothing happened between two times, no row of noise moves the one that was tried
     quiet = next(s for s in tried if dict(s.shape)["change_time"] > 1.5 * since[true])
-    assert at_its_moment(subject, quiet, (), None) is quiet
+    assert at_its_change_point(subject, quiet, (), None) is quiet
 
 
 @pytest.mark.slow

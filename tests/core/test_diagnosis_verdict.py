@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis import investigation, kindred
+from footcal_cli.core.diagnosis import investigation, rivals
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
 from footcal_cli.core.diagnosis.curves import Curve
 from footcal_cli.core.diagnosis.detection import Detection
@@ -120,9 +120,9 @@ def test_a_cause_is_out_beside_one_that_adds_much_and_to_which_it_adds_little(
     more: bool,
 ) -> None:
     best, other = cast(Any, "best"), cast(Any, "other")
-    monkeypatch.setattr(kindred, "adding_p", lambda _, one, *__: mine if one == "best" else its)
+    monkeypatch.setattr(rivals, "adding_p", lambda _, one, *__: mine if one == "best" else its)
     nothing = cast(Any, None)
-    found = kindred.adds_more(nothing, best, other, [], nothing, nothing, Rules())
+    found = rivals.adds_more(nothing, best, other, [], nothing, nothing, Rules())
     assert found is more
 
 

@@ -12,7 +12,7 @@ from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.contest import never_distinguished
+from footcal_cli.core.diagnosis.comparison import never_distinguished
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.nested import level_of_fewer
 from footcal_cli.core.diagnosis.rules import Rules

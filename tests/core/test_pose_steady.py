@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from footcal_cli.core.pose.steady import (
     SteadyRule,
@@ -12,6 +14,7 @@ from footcal_cli.core.pose.steady import (
     force_rate_nps,
     medians,
     steady_stretches,
+    why_no_pose,
 )
 from tests.core.six_axis_data import Array
 
@@ -42,20 +45,30 @@ def test_derivative_of_a_ramp_is_its_slope() -> None:
 
 def test_keeps_holds_and_says_why_the_rest_goes() -> None:
     time_s, force = staircase([3.0, 1.0, 2.5, 4.0], noise_n=0.01)
-    tracked = np.ones(time_s.size, dtype=bool)
-    tracked[-100] = False
-    stretches = steady_stretches(time_s, force, tracked=tracked)
+    stretches = steady_stretches(time_s, force)
     still = [s for s in stretches if s.verdict is not Verdict.MOVING]
     assert [s.verdict for s in still] == [
         Verdict.KEPT,
         Verdict.TOO_SHORT,
         Verdict.KEPT,
-        Verdict.LOST,
+        Verdict.KEPT,
     ]
     assert stretches[0].start == 0
     assert stretches[-1].stop == time_s.size
     assert all(a.stop == b.start for a, b in pairwise(stretches))
-    assert still[1].reason.startswith("too short (0.")
+    assert 0.0 < still[1].duration_s < 1.0
+
+
+@pytest.mark.parametrize(("holds_s", "sway_n"), [([0.9, 1.2], 0.0), ([4.0, 4.0], 5.0)])
+def test_what_would_take_the_quietest_part_takes_it(holds_s: list[float], sway_n: float) -> None:
+    time_s, force = staircase(holds_s, noise_n=0.01)
+    force[..., 2] += sway_n * np.sin(2 * np.pi * 0.8 * time_s)[:, None]
+    assert not len(medians(force, steady_stretches(time_s, force)))
+    why, remedy = why_no_pose(time_s, force, SteadyRule())
+    assert "(from " in why
+    name, value = remedy.rsplit("set steady_", 1)[1].split(" = ")
+    eased = replace(SteadyRule(), **{name: float(value)})
+    assert len(medians(force, steady_stretches(time_s, force, eased)))
 
 
 def test_median_represents_the_pose_and_ignores_a_spike() -> None:

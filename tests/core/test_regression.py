@@ -81,15 +81,6 @@ def test_truth_is_recovered_consistently(method: Method) -> None:
     assert low <= inside / 300 <= high
 
 
-def test_given_load_uncertainties_are_the_weights() -> None:
-    load, counts = bench(0)
-    sd = np.where(load > 9, 0.2, 0.01)
-    fit = fit_affine("c", load, counts, "weighted", load_sd_n=sd)
-    slope, intercept = np.polyfit(counts - counts.mean(), load, 1, w=1 / sd)
-    assert fit.scale_n_per_count == pytest.approx(slope, rel=1e-9)
-    assert fit.bias_n == pytest.approx(intercept - slope * counts.mean(), rel=1e-9)
-
-
 def test_a_misread_weight_moves_least_squares_but_not_the_robust_fit() -> None:
     load, counts = bench(1)
     load = load.copy()

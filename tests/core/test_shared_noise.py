@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.inference.shared_noise import Rows, common_law, fit_under, law_under
+from footcal_cli.core.inference.shared_noise import Regression, common_law, fit_under, law_under
 
 _LADDER = np.array([0.0, 2.0, 5.0, 10.0, 20.0, 10.0, 5.0, 2.0, 0.0])
 _LOAD = np.tile(_LADDER, 4)
@@ -14,7 +14,9 @@ _DESIGN = np.column_stack([_LOAD - _LOAD.mean(), np.ones(_LOAD.size)])
 _MEMORY_S = 120.0
 
 
-def bench(rng: np.random.Generator, slow: float, session: float, channels: int = 6) -> list[Rows]:
+def bench(
+    rng: np.random.Generator, slow: float, session: float, channels: int = 6
+) -> list[Regression]:
     """Channels that read their load but for white noise of sd 1 and what lasts."""
     apart = np.abs(_TIME[:, None] - _TIME)
     drift = np.linalg.cholesky(np.exp(-apart / _MEMORY_S) + 1e-12 * np.eye(_TIME.size))
@@ -23,11 +25,11 @@ def bench(rng: np.random.Generator, slow: float, session: float, channels: int =
     for _ in range(channels):
         noise = rng.normal(size=_TIME.size) + slow * (drift @ rng.normal(size=_TIME.size))
         reading = _LOAD - _LOAD.mean() + noise + session * rng.normal(size=4)[_SESSION]
-        rows.append(Rows.of(_DESIGN, reading, _LOAD, _SESSION, level, _TIME))
+        rows.append(Regression.of(_DESIGN, reading, _LOAD, _SESSION, level, _TIME))
     return rows
 
 
-def ratios(benches: list[list[Rows]]) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def ratios(benches: list[list[Regression]]) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """Error over stated sd of slope and zero."""
     found = []
     for channels in benches:

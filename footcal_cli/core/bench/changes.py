@@ -18,12 +18,10 @@ class Change:
     ----------
     name, unit
         Of the parameter.
-    shift
-        now − before.
     in_earlier_sd
-        Shift over the sd of the earlier estimate.
+        now − before over the sd of the earlier estimate.
     in_joint_sd
-        Shift over the sd of the shift, ``sqrt(sd_before² + sd_now²)``.
+        The same over its own sd, ``sqrt(sd_before² + sd_now²)``.
     p_value
         Two-sided chance of such a shift where nothing changed, corrected for the number of
         parameters compared (Holm).
@@ -33,7 +31,6 @@ class Change:
     unit: str
     before: float
     now: float
-    shift: float
     in_earlier_sd: float
     in_joint_sd: float
     p_value: float
@@ -77,7 +74,6 @@ def find_changes(now: Estimates, before: Estimates) -> tuple[Change, ...]:
             unit=now.units[i],
             before=float(believed[k]),
             now=float(now.values[i]),
-            shift=float(shifts[k]),
             in_earlier_sd=float(in_earlier[k]),
             in_joint_sd=float(in_joint[k]),
             p_value=float(held[k]),

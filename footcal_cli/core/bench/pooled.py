@@ -12,7 +12,13 @@ from footcal_cli.core.bench.record import BenchRecord, load_levels
 from footcal_cli.core.bench.regressors import model_of
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.inference.blocks import BlockFit
-from footcal_cli.core.inference.shared_noise import Common, Rows, common_law, fit_under, law_under
+from footcal_cli.core.inference.shared_noise import (
+    Common,
+    Regression,
+    common_law,
+    fit_under,
+    law_under,
+)
 from footcal_cli.core.parameters import FloatArray
 
 _MOST_ROWS = 150
@@ -41,9 +47,9 @@ def with_common_noise(studies: Sequence[ChannelStudy]) -> tuple[ChannelStudy, ..
     return tuple(better.get(study.channel, study) for study in studies)
 
 
-def _rows_of(record: BenchRecord, fit: ChannelFit) -> Rows:
+def _rows_of(record: BenchRecord, fit: ChannelFit) -> Regression:
     known, model = record.known, model_of(record, record.drive(), fit.terms)
-    return Rows.of(
+    return Regression.of(
         model.design(fit.log_shapes),
         model.target,
         record.load_n[known],
@@ -53,7 +59,7 @@ def _rows_of(record: BenchRecord, fit: ChannelFit) -> Rows:
     )
 
 
-def _refit(record: BenchRecord, fit: ChannelFit, rows: Rows, common: Common) -> ChannelFit:
+def _refit(record: BenchRecord, fit: ChannelFit, rows: Regression, common: Common) -> ChannelFit:
     """The same terms and shapes by generalised least squares."""
     law = law_under(rows, common)
     offset, gain, _, slow, memory_s = np.exp(law)

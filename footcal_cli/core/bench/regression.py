@@ -126,7 +126,6 @@ def fit_affine(
     load_n: FloatArray,
     counts: FloatArray,
     method: Method = "ordinary",
-    load_sd_n: FloatArray | None = None,
 ) -> AffineFit:
     """Regress load on counts.
 
@@ -138,10 +137,8 @@ def fit_affine(
     load_n, counts
         Shape (n,).
     method
-        ``ordinary`` least squares; ``weighted`` by `load_sd_n` or, without it, by the scatter of
-        each load's repeats; ``robust``: SciPy's Huber loss at 1.345 robust sd.
-    load_sd_n
-        Uncertainty of each known load, shape (n,).
+        ``ordinary`` least squares; ``weighted`` by the scatter of each load's repeats; ``robust``:
+        SciPy's Huber loss at 1.345 robust sd.
 
     Raises
     ------
@@ -164,7 +161,7 @@ def fit_affine(
     design = np.column_stack([counts - centre, np.ones_like(counts)])
     weights = np.ones_like(load_n)
     if method == "weighted":
-        weights = 1.0 / (load_sd_n if load_sd_n is not None else _repeat_sd(load_n, counts))
+        weights = 1.0 / _repeat_sd(load_n, counts)
     fit = fit_blocks(design * weights[:, None], load_n * weights)
     coefficients, covariance = fit.coefficients, fit.covariance
     if method == "robust":

@@ -109,7 +109,7 @@ class Cause:
         """Effects from which the search comes to this one: itself, its rivals, and look-alikes.
 
         A look-alike that the linear search prefers, and a full refit surely puts behind, begins the
-        same contest: beside a clock that runs fast a delay is nearer to linear.
+        same comparison: beside a clock that runs fast a delay is nearer to linear.
         """
         lost = {name for name, other in self.compared.items() if other.excess.low > 0.0}
         return frozenset({s.effect for s in (self.signature, *self.rivals)} | lost)

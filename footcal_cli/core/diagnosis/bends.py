@@ -19,7 +19,7 @@ from scipy import stats
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.form import Form
-from footcal_cli.core.diagnosis.kindred import Tried
+from footcal_cli.core.diagnosis.rivals import Tried
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import (

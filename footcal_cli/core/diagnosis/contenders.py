@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
-from footcal_cli.core.diagnosis.moments import at_its_moment, has_moment
+from footcal_cli.core.diagnosis.change_points import at_its_change_point, has_change_point
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Effect, Trait
@@ -78,7 +78,7 @@ def _contenders(
         if len(found) == rules.most_contenders:
             break
         # off its moment a change predicts little of other blocks, however sure it is
-        placed = evidence.p[c] < rules.alpha_name and has_moment(table[signature.effect])
+        placed = evidence.p[c] < rules.alpha_name and has_change_point(table[signature.effect])
         effect = table[signature.effect]
         # one axis of several understates it: all of them copy the named one with a share of cos²
         copied = alike.get(effect.name, 0.0) ** 2 if len(effect.sizes) > 1 else 0.0
@@ -108,7 +108,7 @@ def refitted_with(
         start = {n: v for n, v in model.values.items() if n not in subject.case.values}
     newest = causes[-1]
     effect = subject.table[newest.signature.effect]
-    shapes = dict(at_its_moment(subject, newest.signature, causes[:-1], model).shape)
+    shapes = dict(at_its_change_point(subject, newest.signature, causes[:-1], model).shape)
     for owner, _ in newest.signature.owners:
         for parameter in effect.parameters:
             value = shapes.get(parameter.name, parameter.neutral)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
-from footcal_cli.core.diagnosis.contest import decided
+from footcal_cli.core.diagnosis.comparison import decided
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, Scope

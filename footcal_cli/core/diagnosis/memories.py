@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.kindred import Tried
+from footcal_cli.core.diagnosis.rivals import Tried
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import having

@@ -47,7 +47,7 @@ from itertools import permutations
 import numpy as np
 from scipy import stats
 
-from footcal_cli.core.diagnosis.contest import OF_ANY_ORDER
+from footcal_cli.core.diagnosis.comparison import OF_ANY_ORDER
 from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
 from footcal_cli.core.diagnosis.rig import Rig
@@ -222,13 +222,11 @@ def _nearest(
     return max((where.compared(first, other, table) for other in others), key=lambda c: c.cosine)
 
 
-def repeats_for(
-    separation: float, blocks: int = _FEWEST_BLOCKS, alpha: float = 0.01, power: float = 0.8
-) -> int:
-    """Runs whose pooled separation reaches ``z_{1−α/2} + z_power``, and ten blocks together."""
+def repeats_for(separation: float, blocks: int = _FEWEST_BLOCKS) -> int:
+    """Runs whose pooled separation is found in 80 % at α = 1 %, and ten blocks together."""
     if separation <= 0:
         return 10**6
-    needed = float(stats.norm.ppf(1 - alpha / 2) + stats.norm.ppf(power))
+    needed = float(stats.norm.ppf(1 - 0.01 / 2) + stats.norm.ppf(0.8))
     fewest = int(np.ceil(_FEWEST_BLOCKS / blocks))
     return max(int(np.ceil((needed / separation) ** 2)), fewest)
 

@@ -56,7 +56,7 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
     while len(pairs) < rules.most_pairs and gain.max() > 0:
         i, j = (int(n) for n in np.unravel_index(int(np.argmax(gain)), gain.shape))
         pairs.append((i, j) if abs(z[i]) >= abs(z[j]) else (j, i))
-        # what resembles these two is their rival, and the contest of each compares it
+        # what resembles these two is their rival, and each is compared with it
         one, other = like[i] > rules.look_alike, like[j] > rules.look_alike
         gain[np.outer(one, other) | np.outer(other, one)] = 0.0
     return [(int(shown[first]), int(shown[second])) for first, second in pairs]

@@ -10,15 +10,15 @@ import numpy as np
 from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.change_points import best_between
+from footcal_cli.core.diagnosis.comparison import decided_again
 from footcal_cli.core.diagnosis.contenders import refitted_with
-from footcal_cli.core.diagnosis.contest import decided_again
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
 from footcal_cli.core.diagnosis.jumps import Jump, once_beside
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
-from footcal_cli.core.diagnosis.moments import best_between
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
@@ -215,7 +215,7 @@ def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | N
     """A path that begins with two causes, each the best name for what the other one leaves.
 
     The stronger of a pair is put into the model and the other one is looked for among all effects,
-    with every test and contest; then the first is taken out and looked for in the same way beside
+    with every test; then the first is taken out and looked for in the same way beside
     the second.
 
     Parameters

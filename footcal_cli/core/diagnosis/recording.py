@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import CUTOFF_HZ, low_pass, low_pass_stretches
+from footcal_cli.core.signals import low_pass, low_pass_stretches
 
 _LEVEL_QUANTILE = 0.05
 """A few odd readings between the levels of a converter do not make its step small."""
@@ -19,7 +19,7 @@ _WINDOW_S = 0.5
 """Over which noise is measured; it may grow with the load."""
 
 
-def swings_apart(log: Log, raw: FloatArray, rate_hz: float, cutoff_hz: float = CUTOFF_HZ) -> Log:
+def swings_apart(log: Log, raw: FloatArray, rate_hz: float) -> Log:
     """Smooth the readings of each swing on their own.
 
     A zero-phase low-pass over the whole recording carries a trace of the load into the swing, from
@@ -36,7 +36,7 @@ def swings_apart(log: Log, raw: FloatArray, rate_hz: float, cutoff_hz: float = C
     readings = log.readings.copy()
     for c, contact in enumerate(channel_contact(log).T):
         air = (contact == 0.0) & np.isfinite(raw[:, c]) & np.isfinite(readings[:, c])
-        alone = low_pass_stretches(raw[:, c : c + 1], air, rate_hz, cutoff_hz)
+        alone = low_pass_stretches(raw[:, c : c + 1], air, rate_hz)
         readings[air, c] = alone[air, 0]
     return log.with_readings(readings)
 
@@ -50,9 +50,7 @@ def steps_of(raw: FloatArray) -> FloatArray:
     return steps
 
 
-def noise_of_smoothed(
-    raw: FloatArray, smooth: FloatArray, rate_hz: float, cutoff_hz: float = CUTOFF_HZ
-) -> FloatArray:
+def noise_of_smoothed(raw: FloatArray, smooth: FloatArray, rate_hz: float) -> FloatArray:
     """Noise left in smoothed readings, from what smoothing took off if noise is white, (c,).
 
     The median over stretches: what the low-pass takes off a touch-down is no noise.
@@ -62,9 +60,9 @@ def noise_of_smoothed(
         return np.zeros(raw.shape[1])
     impulse = np.zeros((round(2 * rate_hz) + 1, 1))
     impulse[impulse.size // 2] = 1.0
-    passed = float(np.sum(low_pass(impulse, rate_hz, cutoff_hz) ** 2))
+    passed = float(np.sum(low_pass(impulse, rate_hz) ** 2))
     rough = (raw - smooth)[good] ** 2
     taken = np.median(uniform_filter1d(rough, max(round(_WINDOW_S * rate_hz), 1), axis=0), axis=0)
     # white noise less its low-passed part keeps 1 − 2 h₀ + Σ h² of its variance
-    left = 1.0 - 2.0 * float(low_pass(impulse, rate_hz, cutoff_hz).max()) + passed
+    left = 1.0 - 2.0 * float(low_pass(impulse, rate_hz).max()) + passed
     return np.asarray(np.sqrt(taken * passed / left)) if left > 0 else np.zeros(raw.shape[1])

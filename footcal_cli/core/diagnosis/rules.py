@@ -39,7 +39,7 @@ class Rules:
     alpha_curve
         The same as `alpha_left` among curves: all of them together are a curve of any form, so that
         one that leaves nothing to these is the cell's.
-    kindred_loss
+    rival_loss
         Share of the gain by which a rival of the same kind must do worse where none leaves nothing.
     other_form
         Share of the gain that a curve of the other class, smooth or with a knee, must do worse by:
@@ -119,7 +119,7 @@ class Rules:
     alpha_whole: float = 0.02
     alpha_left: float = 0.002
     alpha_curve: float = 0.01
-    kindred_loss: float = 0.15
+    rival_loss: float = 0.15
     other_form: float = 0.01
     wrong_form: float = 0.3
     misfit_share: float = 0.5

@@ -134,7 +134,7 @@ def beside(rules: Rules, effects: Collection[str]) -> Rules:
 
 
 def _occupied(lib: Library, step: Step) -> IntArray:
-    """Columns that a step takes out of the contest: itself, its next shapes, its rivals."""
+    """Columns that a step takes out of the comparison: itself, its next shapes, its rivals."""
     columns = [step.column, *step.rivals]
     signatures = lib.problem.signatures
     cause = signatures[lib.index(step.column)].cause

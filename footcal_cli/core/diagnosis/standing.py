@@ -27,9 +27,9 @@ from footcal_cli.core.diagnosis.gain import (
     removed_in_what_is_open,
     without_rivals,
 )
-from footcal_cli.core.diagnosis.kindred import excess_of
 from footcal_cli.core.diagnosis.nested import likeness_of, nested_losses
 from footcal_cli.core.diagnosis.path import Path
+from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import sign_flip_mean, sign_patterns
@@ -95,7 +95,7 @@ def standing(
 
     The linear search without a fold may begin with another effect than the one that a full refit
     surely prefers: beside a single named cause such an effect is refitted in its place, and begins
-    the same contest where it is surely worse.
+    the same comparison where it is surely worse.
 
     Parameters
     ----------

@@ -35,9 +35,9 @@ def uncounted(_: float) -> None:
     """Nobody watches how far it is."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Subject:
-    """What every refit of a diagnosis is about.
+    """What every refit of a diagnosis is about; remembers the last ones.
 
     Parameters
     ----------

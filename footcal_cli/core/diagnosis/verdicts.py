@@ -12,6 +12,7 @@ from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bends import against_bends, bend_left, bends_of, bent_axes
+from footcal_cli.core.diagnosis.change_points import has_change_point
 from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
     enough,
@@ -24,7 +25,6 @@ from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.growth import at_an_end, is_nothing, named_columns
 from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
-from footcal_cli.core.diagnosis.moments import has_moment
 from footcal_cli.core.diagnosis.pairs import in_other_cells
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
@@ -101,7 +101,7 @@ def _outdone(subject: Subject, path: Path, rules: Rules) -> bool:
     rest = np.maximum(whole - along, 1e-9 * whole)
     ends = np.cumsum([len(own) for own in asked])
     least = [float(part.min()) for part in np.split(rest, ends[:-1])]
-    steps = has_moment(subject.table[path.causes[0].signature.effect])  # it is a step itself
+    steps = has_change_point(subject.table[path.causes[0].signature.effect])  # it is a step itself
     best = min([*least[1:], *([] if steps else [step_beside(problem, problem.fitted).left])])
     more = problem.blocks * np.log(least[0] / best)
     return bool(more > stats.chi2.isf(rules.alpha_small / (len(others) + problem.blocks), 1))

@@ -23,6 +23,7 @@ from footcal_cli.core.effects.contract import (
     over,
     plus,
     times,
+    unchanged,
 )
 from footcal_cli.core.log import EXPERIMENT_NAMES, Log
 from footcal_cli.core.parameters import FloatArray
@@ -96,10 +97,6 @@ def _quantise(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Flo
     step = np.broadcast_to(theta["quantisation"], x.shape)
     steps = np.divide(x, step, out=np.zeros_like(x), where=step > 0)
     return np.where(step > 0, np.rint(steps) * step, x), state
-
-
-def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return y, state
 
 
 def mixing(log: Log, share: FloatArray, heard: FloatArray) -> FloatArray:
@@ -336,7 +333,7 @@ QUANTISATION = Effect(
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("quantisation", "N", 0.0, 0.0, 50.0, 0.1),),
     apply=on_readings(_quantise),
-    remove=on_readings(_keep),
+    remove=on_readings(unchanged),
     experiments=EXPERIMENT_NAMES,
     formula="y = q · round(x / q)",
     source="NAO CoP self-calibration: smallest visible force step 0.5 N",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -49,15 +49,10 @@ def units_of(scope: Scope, channels: Sequence[str]) -> tuple[str, ...]:
     A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``,
     which is a foot where its transducer is in the foot.
     """
-    return _units_of(scope, tuple(channels))
-
-
-@lru_cache(maxsize=1000)
-def _units_of(scope: Scope, channels: tuple[str, ...]) -> tuple[str, ...]:
     if scope is Scope.ROBOT:
         return ("robot",)
     if scope is Scope.CHANNEL:
-        return channels
+        return tuple(channels)
     separator = "_" if scope is Scope.FOOT and not is_six_axis(channels) else "."
     return tuple(dict.fromkeys(channel.split(separator, 1)[0] for channel in channels))
 
@@ -276,6 +271,11 @@ class Effect:
     def shapes(self) -> tuple[EffectParameter, ...]:
         """The parameters that only shape it."""
         return tuple(parameter for parameter in self.parameters if parameter.shape)
+
+
+def unchanged(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:
+    """The way back of what cannot be undone."""
+    return y, state
 
 
 Amount = Callable[[Log, Theta], FloatArray]

@@ -13,6 +13,7 @@ from footcal_cli.core.effects.contract import (
     Theta,
     Trait,
     on_readings,
+    unchanged,
 )
 from footcal_cli.core.effects.memory import elapsed, recording
 from footcal_cli.core.log import EXPERIMENT_NAMES, Log
@@ -30,10 +31,6 @@ def _stick(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatAr
     last_free = np.maximum.accumulate(np.where(stuck, -1, np.arange(len(x))[:, None]), axis=0)
     shown = np.where(last_free < 0, held, np.take_along_axis(x, np.maximum(last_free, 0), axis=0))
     return x + theta["channel_stuck"] * np.where(stuck, shown - x, 0.0), (clock, shown[-1])
-
-
-def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return y, state
 
 
 def _pair(theta: Theta, first: str, second: str, channels: int) -> tuple[int, int] | None:
@@ -94,7 +91,7 @@ CHANNEL_STUCK = Effect(
         ),
     ),
     apply=on_readings(_stick),
-    remove=on_readings(_keep),
+    remove=on_readings(unchanged),
     experiments=EXPERIMENT_NAMES,
     formula="y = x + s (x(t_stuck) − x) for t − t₀ ≥ t_stuck, s = 1 for a frozen channel",
     source="broken wire, hung converter, telemetry that repeats its last value",

@@ -21,6 +21,7 @@ from footcal_cli.core.effects.contract import (
     Trait,
     Transform,
     on_readings,
+    unchanged,
 )
 from footcal_cli.core.effects.memory import elapsed, invert_low_pass, low_pass, recording
 from footcal_cli.core.log import Log
@@ -252,10 +253,6 @@ def _drop(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatAr
     return shown, (count + len(x), shown[-1])
 
 
-def _keep(y: FloatArray, _log: Log, _theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return y, state
-
-
 _DELAYS_S = (
     -0.15, -0.12, -0.09, -0.07, -0.05, -0.03, 0.03, 0.05, 0.07, 0.09, 0.12, 0.15,
 )  # fmt: skip
@@ -349,7 +346,7 @@ DROPPED_SAMPLES = Effect(
         EffectParameter("dropped_seed", "-", 0.0, 0.0, 1e6, 1.0, True, (0.0,)),
     ),
     apply=on_readings(_drop),
-    remove=on_readings(_keep),
+    remove=on_readings(unchanged),
     experiments=("walk", "hang"),
     of_recording=True,
     formula="y_k = x of the last row that arrived; a share p of the rows does not",

@@ -14,6 +14,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import skew
 
 _WELL_SEEN = 0.05
+_BINS = 36
 _QUANTILES = (0.025, 0.25, 0.5, 0.75, 0.975)
 
 
@@ -51,7 +52,7 @@ class Hanging(Protocol):
         """Direction of gravity per run in the transducer frame, shape (L, 3)."""
 
 
-def binned_com(fit: HangFit | Hanging, runs: Sequence[HangRun], bins: int = 36) -> BinnedCom:
+def binned_com(fit: HangFit | Hanging, runs: Sequence[HangRun]) -> BinnedCom:
     """Solve ``τ − τ_o = r × m g u`` per bin and cycle over all orientations ([Wu], III-A.3).
 
     Offset, weight and directions are those of the fit that is shown.
@@ -61,9 +62,9 @@ def binned_com(fit: HangFit | Hanging, runs: Sequence[HangRun], bins: int = 36) 
     for run, torque in zip(runs, torques, strict=True):
         turned = np.unwrap(run.phase_rad)
         cycle = np.floor((turned - turned.min()) / (2 * np.pi)).astype(int)
-        place = np.floor(np.mod(run.phase_rad, 2 * np.pi) / (2 * np.pi) * bins).astype(int) % bins
-        total = np.zeros((cycle.max() + 1, bins, 3))
-        count = np.zeros((cycle.max() + 1, bins))
+        place = np.floor(np.mod(run.phase_rad, 2 * np.pi) / (2 * np.pi) * _BINS).astype(int) % _BINS
+        total = np.zeros((cycle.max() + 1, _BINS, 3))
+        count = np.zeros((cycle.max() + 1, _BINS))
         np.add.at(total, (cycle, place), torque)
         np.add.at(count, (cycle, place), 1.0)
         rows.append(np.where(count[..., None] > 0, total / np.maximum(count, 1)[..., None], np.nan))
@@ -71,12 +72,12 @@ def binned_com(fit: HangFit | Hanging, runs: Sequence[HangRun], bins: int = 36) 
     cycles = min(counted)
     lever = -skew(down)
     normal = np.einsum("lji,ljk->ik", lever, lever)
-    phase = (np.arange(bins) + 0.5) / bins * 2 * np.pi
+    phase = (np.arange(_BINS) + 0.5) / _BINS * 2 * np.pi
     if np.linalg.eigvalsh(normal)[0] < _WELL_SEEN * np.linalg.eigvalsh(normal)[-1]:
-        nothing = np.full((bins, 3), np.nan)
+        nothing = np.full((_BINS, 3), np.nan)
         return BinnedCom(phase, nothing, nothing, nothing, nothing, nothing)
     right = sum(
-        (rows[i][:cycles] @ lever[i] for i in range(len(runs))), start=np.zeros((cycles, bins, 3))
+        (rows[i][:cycles] @ lever[i] for i in range(len(runs))), start=np.zeros((cycles, _BINS, 3))
     )
     each = np.linalg.solve(normal, right[..., None])[..., 0]
     whole = np.isfinite(each).all(axis=(1, 2))

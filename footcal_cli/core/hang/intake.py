@@ -121,24 +121,22 @@ def _along(name: str) -> FloatArray | None:
     return -ORIENTATIONS[axis] if sense.strip() == "up" else ORIENTATIONS[axis]
 
 
-def held_still(direction: FloatArray, within_rad: float = STILL_RAD) -> FloatArray:
+def held_still(direction: FloatArray) -> FloatArray:
     """Measured directions of gravity with the noise within a hold averaged, unit vectors (n, 3).
 
-    A hold lasts as long as the direction stays within an angle of the hold's first rows; a
+    A hold lasts as long as rows stay within `STILL_RAD` of the mean of the hold so far; a
     direction that turns is cut into steps of that size. Rows that are not numbers stay so.
 
     Parameters
     ----------
     direction
         Shape (n, 3), of any length.
-    within_rad
-        Largest angle between a row and the mean of its hold so far.
     """
     size = np.linalg.norm(direction, axis=1, keepdims=True)
     unit = direction / np.where(size > 0, size, np.nan)
     found = unit.copy()
     good = np.flatnonzero(np.isfinite(unit).all(axis=1))
-    start, total, far = 0, np.zeros(3), (2.0 * np.sin(within_rad / 2)) ** 2
+    start, total, far = 0, np.zeros(3), (2.0 * np.sin(STILL_RAD / 2)) ** 2
     for at, row in enumerate(good):
         gap = unit[row] - total / np.linalg.norm(total) if at > start else np.zeros(3)
         if gap @ gap > far:

@@ -315,7 +315,7 @@ def _with_levels(
     def levels(before: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         theta = fit.estimates.values
         return reduced.level_sd(
-            0, HangResidual.of(model).coefficients(theta), model.coefficient_jacobian(theta),
+            HangResidual.of(model).coefficients(theta), model.coefficient_jacobian(theta),
             fit.estimates.covariance, (slice(0, 3), slice(3, 6)), before,
         )  # fmt: skip
 
@@ -323,11 +323,11 @@ def _with_levels(
     if not sd.any():
         return fit, sd
     for _ in range(_LEVEL_ROUNDS - 1):
-        fit = fit_reduced(reduced.with_levels(0, sd), model, weight_n, fit.estimates.values)
+        fit = fit_reduced(reduced.with_levels(sd), model, weight_n, fit.estimates.values)
         sd, _ = levels(sd)
     # an sd from few levels: as wide as Student's intervals
     wide = np.asarray(sd * stats.t.ppf(0.975, np.maximum(freedom, 1.0)) / stats.norm.ppf(0.975))
-    return fit_reduced(reduced.with_levels(0, wide), model, weight_n, fit.estimates.values), wide
+    return fit_reduced(reduced.with_levels(wide), model, weight_n, fit.estimates.values), wide
 
 
 def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, float]:

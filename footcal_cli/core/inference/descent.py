@@ -95,7 +95,9 @@ def descend(
             return Descent(point, state, steps, converged=False, given_up=True)
         candidate = move(point, step)
         tried = at(candidate)
-        if tried.cost <= state.cost + _ROUNDING * abs(state.cost):
+        # so little is lost in the cost's rounding, not in the gradient's
+        last = promised < _DECREMENT and damping < _LEAST_RETRY
+        if last or tried.cost <= state.cost + _ROUNDING * abs(state.cost):
             point, state, damping = candidate, tried, _EASE * damping
             if promised < _DECREMENT:
                 return Descent(point, state, steps, True)

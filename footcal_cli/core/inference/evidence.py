@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -20,6 +20,7 @@ RANDOM_PATTERNS = 8191
 """Sign patterns drawn beyond that, the observed one not counted."""
 _TIE = 1e-9
 _PATTERNS_AT_ONCE = 512
+_UNSURE = 0.05
 
 
 def sign_patterns(blocks: int, seed: int = 0) -> FloatArray:
@@ -312,3 +313,27 @@ def held_out_interval(
         return found
     half = (found.high - value) * float(np.sqrt(1.0 + blocks / (blocks - 1.0)))
     return Interval(value, value - half, value + half)
+
+
+def largest_excess(taken: float, freedom: int) -> float:
+    """Upper 95 % bound of the noncentrality λ of χ²: ``P(χ²_k(λ) ≤ taken) = 0.05``.
+
+    Parameters
+    ----------
+    taken
+        Squared error in units of the noise that k directions take.
+    freedom
+        Their number, k.
+    """
+    if not freedom:
+        return 0.0
+
+    def below(excess: float) -> float:
+        return float(stats.ncx2.cdf(taken, freedom, excess)) - _UNSURE
+
+    if stats.chi2.cdf(taken, freedom) <= _UNSURE:
+        return 0.0
+    end = taken + freedom + 20.0
+    while below(end) > 0.0:
+        end *= 2.0
+    return float(optimize.brentq(below, 0.0, end))

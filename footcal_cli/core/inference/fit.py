@@ -75,7 +75,6 @@ def fit_map(
     *,
     jacobian: Callable[[FloatArray], FloatArray] | None = None,
     loss: Loss = "linear",
-    noise_known: bool = True,
     start: FloatArray | None = None,
     linear: bool = False,
 ) -> Fit:
@@ -91,8 +90,6 @@ def fit_map(
         ``dr/dθ`` of all parameters, shape (m, n); central differences where absent.
     loss
         SciPy's robust losses act on the data rows *and* the prior rows alike.
-    noise_known
-        False: scale the covariance by the estimated noise (no absolute noise level is known).
     start
         Where the optimiser starts, all parameters (n,), inside the bounds; the prior means where
         absent. Fixed parameters stay at their value.
@@ -130,7 +127,7 @@ def fit_map(
         )
         z, converged = solution.x, bool(solution.success)
     return _judged(parameters, scaled, z, residual(scaled.full(z)), data_jacobian(z),
-                   noise_known=noise_known, converged=converged)  # fmt: skip
+                   converged=converged)  # fmt: skip
 
 
 def least_squares_alone(
@@ -211,7 +208,6 @@ def _judged(
     residuals: FloatArray,
     jacobian: FloatArray,
     *,
-    noise_known: bool,
     converged: bool,
 ) -> Fit:
     """The fit at its solution z with covariance, rank and status; `jacobian` is by z."""
@@ -222,7 +218,7 @@ def _judged(
     dof = max(residuals.size - rank, 1)
     noise_factor = float(np.sqrt(residuals @ residuals / dof))
 
-    information = jacobian.T @ jacobian / (1.0 if noise_known else noise_factor**2)
+    information = jacobian.T @ jacobian
     information += scaled.prior_rows.T @ scaled.prior_rows
     free_cov = np.linalg.pinv(information, hermitian=True) * np.outer(steps, steps)
     covariance = np.zeros((len(parameters), len(parameters)))

@@ -80,7 +80,7 @@ def innovate(
     cov
         Predicted P, shape (…, s, s).
     h
-        Shape (k, s).
+        Shape (…, k, s).
     nu
         ν = measured − predicted, shape (…, k).
     noise
@@ -89,8 +89,8 @@ def innovate(
         A row further off than so many sd gets the noise that would explain it.
     """
     hp = h @ cov
-    total = hp @ h.T + noise
-    at = np.arange(h.shape[0])
+    total = hp @ np.swapaxes(h, -1, -2) + noise
+    at = np.arange(h.shape[-2])
     variance = total[..., at, at].copy()
     total[..., at, at] = np.maximum(variance, nu**2 / huber**2)
     chol = np.asarray(np.linalg.cholesky(total), dtype=np.float64)
@@ -186,5 +186,9 @@ def smooth_back(
     later
         Smoothed mean and covariance of k + 1.
     """
-    reach = np.linalg.solve(ahead[1], (cov * decay).T).T
-    return (mean + reach @ (later[0] - ahead[0]), cov + reach @ (later[1] - ahead[1]) @ reach.T)
+    onward = np.linalg.solve(ahead[1], np.swapaxes(cov * decay, -1, -2))
+    reach = np.swapaxes(onward, -1, -2)
+    return (
+        mean + (reach @ (later[0] - ahead[0])[..., None])[..., 0],
+        cov + reach @ (later[1] - ahead[1]) @ onward,
+    )

@@ -118,20 +118,18 @@ class Reduced:
         """The same records predicted by some of the regressors alone."""
         return Reduced(self.factor[..., regressors], self.target)
 
-    def with_levels(self, constant: int, sd: FloatArray) -> Reduced:
+    def with_levels(self, sd: FloatArray) -> Reduced:
         """The same records, each with a random level of its own, ``b ~ N(0, sd²)`` per channel.
 
-        With a = R e, e the regressor that is 1, the errors have covariance ``I + sd² a aᵀ``; they
-        are whitened by ``I − s a aᵀ``, ``s = (1 − 1/√(1 + sd² |a|²)) / |a|²``.
+        With a = R e, e the first regressor, a constant, errors have covariance ``I + sd² a aᵀ``;
+        they are whitened by ``I − s a aᵀ``, ``s = (1 − 1/√(1 + sd² |a|²)) / |a|²``.
 
         Parameters
         ----------
-        constant
-            Which regressor is 1.
         sd
             Shape (c,), in the channels' units.
         """
-        a = self.factor[..., constant]
+        a = self.factor[..., 0]
         size = np.sum(a**2, axis=-1)
         share = (1.0 - 1.0 / np.sqrt(1.0 + sd**2 * size)) / np.where(size > 0.0, size, 1.0)
         along = share[..., None] * a
@@ -143,7 +141,6 @@ class Reduced:
 
     def level_sd(
         self,
-        constant: int,
         coefficients: FloatArray,
         slope: FloatArray,
         covariance: FloatArray,
@@ -160,8 +157,6 @@ class Reduced:
 
         Parameters
         ----------
-        constant
-            Which regressor is 1.
         coefficients, slope
             C and its derivative at the fit, shapes (L, c, d) and (L, c, d, parameters).
         covariance
@@ -176,7 +171,7 @@ class Reduced:
         Shape (c,) each; an sd is 0 where chance explains the levels. Few levels must differ by far
         more than their noise before chance is excluded.
         """
-        a = self.factor[..., constant]
+        a = self.factor[..., 0]
         size = np.sum(a**2, axis=-1)
         unit = a / np.sqrt(np.where(size > 0.0, size, 1.0))[..., None]
         error = np.einsum("lcd,lcde,lce->lc", unit, self.factor, coefficients)

@@ -55,9 +55,9 @@ class _Gains:
     columns: tuple[tuple[IntArray, IntArray, FloatArray], ...]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Responses:
-    """What changes of readings add to the rows of a case.
+    """What changes of readings add to the rows of a case; remembers the gains of each log.
 
     Parameters
     ----------
@@ -68,10 +68,8 @@ class Responses:
     case: Case
     rows: Rows
     seen: Sequence[Seen]
-    _gains: dict[int, _Gains] = field(default_factory=dict, init=False, repr=False, compare=False)
-    _apart: dict[tuple[str, str, int], bool] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
+    _gains: dict[int, _Gains] = field(default_factory=dict, init=False, repr=False)
+    _apart: dict[tuple[str, str, int], bool] = field(default_factory=dict, init=False, repr=False)
 
     def of_units(
         self,

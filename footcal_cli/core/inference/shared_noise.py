@@ -47,7 +47,7 @@ Law = FloatArray
 
 
 @dataclass(frozen=True)
-class Rows:
+class Regression:
     """One channel's regression and the pieces of its covariance.
 
     Parameters
@@ -77,7 +77,7 @@ class Rows:
         session: IntArray,
         level: IntArray,
         time_s: FloatArray | None,
-    ) -> Rows:
+    ) -> Regression:
         """Rows of known load; `level` numbers the distinct loads, no clock where time is None."""
         same = (session[:, None] == session).astype(np.float64)
         rms = max(float(np.sqrt(np.mean(load_n**2))), 1e-300)
@@ -137,7 +137,7 @@ class Common:
     lasting: bool
 
 
-def common_law(channels: Sequence[Rows]) -> Common:
+def common_law(channels: Sequence[Regression]) -> Common:
     """The law of the highest restricted likelihood of all channels together."""
     expected, sd = _expected(channels), np.array([_EXPECTED_SD] * 4 + [_MEMORY_SD])
 
@@ -173,12 +173,12 @@ class SharedFit:
     variance: float
 
 
-def law_under(rows: Rows, common: Common) -> Law:
+def law_under(rows: Regression, common: Common) -> Law:
     """A channel's own law, near the common one."""
     return _lowest(_cost(rows, common), common.law)
 
 
-def fit_under(rows: Rows, common: Common, law: Law) -> SharedFit:
+def fit_under(rows: Regression, common: Common, law: Law) -> SharedFit:
     """Generalised least squares.
 
     Parameters
@@ -191,7 +191,7 @@ def fit_under(rows: Rows, common: Common, law: Law) -> SharedFit:
     return SharedFit(found, covariance, dof, variance)
 
 
-def _cost(rows: Rows, common: Common) -> Callable[[Law], float]:
+def _cost(rows: Regression, common: Common) -> Callable[[Law], float]:
     """Twice the negative log posterior of a channel's own law."""
     precision = np.linalg.inv(common.covariance)
 
@@ -202,7 +202,7 @@ def _cost(rows: Rows, common: Common) -> Callable[[Law], float]:
     return cost
 
 
-def _freedom(rows: Rows, cost: Callable[[Law], float], law: Law) -> FloatArray:
+def _freedom(rows: Regression, cost: Callable[[Law], float], law: Law) -> FloatArray:
     """Degrees of freedom of Student's interval for each coefficient, shape (p,).
 
     A variance is known to ``ν = var(ln variance)``; the interval is that which holds 95 % when its
@@ -255,7 +255,7 @@ def _spread(cost: Callable[[Law], float], law: Law) -> FloatArray:
     return np.asarray((vectors / np.maximum(values, 1.0 / _EXPECTED_SD**2)) @ vectors.T)
 
 
-def _expected(channels: Sequence[Rows]) -> Law:
+def _expected(channels: Sequence[Regression]) -> Law:
     """Logarithms before anything is seen; the memory in the middle of the times between rows."""
     apart = np.concatenate([c.apart_s[np.isfinite(c.apart_s) & (c.apart_s > 0)] for c in channels])
     middle = np.sqrt(apart.min() * apart.max()) if apart.size else 1.0

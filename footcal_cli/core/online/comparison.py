@@ -15,7 +15,7 @@ from footcal_cli.core.online.evidence import (
     SETTLING_S,
     Consistency,
     Departure,
-    Interval,
+    OverCycles,
     Settling,
     check_consistency,
     departures,
@@ -135,8 +135,8 @@ class Comparison:
     reference: Reference
     cycle: IntArray
     judged: tuple[Judged, ...]
-    ratios: Mapping[tuple[str, str, str], tuple[Interval, float]]
-    per_cycle: Mapping[tuple[str, str, str], Interval]
+    ratios: Mapping[tuple[str, str, str], tuple[OverCycles, float]]
+    per_cycle: Mapping[tuple[str, str, str], OverCycles]
     validity: Validity
     rejected: Mapping[str, int]
     taught: tuple[int, int]

@@ -165,7 +165,7 @@ class LiveEstimator:
         log = self._log(blocks * options.samples_per_update + self._ahead())
         rows = rows_by_then(log, blocks, self._learnt, self._belief, options)
         past = rows.part(0, at) if at else rows
-        begun = Pass.begin(past, self._learnt.noise, None, ())
+        begun = Pass.begin(past, self._learnt.noise, ())
         bank = JumpBank.start(past, begun.mean.size, options.guards)
         if not at:
             return _Running(begun.mean, begun.cov, bank, 1.0)
@@ -179,7 +179,7 @@ class LiveEstimator:
         options, at = self._options, self._done
         rows = self._rows_at(at)
         now = len(rows) - 1
-        passed = Pass.begin(rows, self._learnt.noise, None, ()).part(now, now + 1)
+        passed = Pass.begin(rows, self._learnt.noise, ()).part(now, now + 1)
         passed.mean, passed.cov = running.mean, running.cov
         if at == 0:
             self._first_s = float(rows.time_s[now])

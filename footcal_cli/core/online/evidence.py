@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
@@ -24,20 +25,9 @@ _MOST_PICKS = 2**21
 
 
 @dataclass(frozen=True)
-class Interval:
-    """A statistic with its bootstrap interval.
+class OverCycles(Interval):
+    """A statistic of n gait cycles (or other blocks) with its bootstrap interval."""
 
-    Parameters
-    ----------
-    value, low, high
-        Estimate and the ends of its 95 % interval.
-    n
-        Gait cycles (or other blocks) behind it.
-    """
-
-    value: float
-    low: float
-    high: float
     n: int
 
 
@@ -118,21 +108,30 @@ def _picks(size: int, resamples: int, rng: np.random.Generator) -> Iterator[IntA
         yield rng.integers(0, size, (min(at_once, resamples - start), size))
 
 
-def bootstrap_mean(values: FloatArray, rng: np.random.Generator, resamples: int = 2000) -> Interval:
+def _ends(
+    drawn: Callable[[IntArray], FloatArray], size: int, resamples: int, rng: np.random.Generator
+) -> tuple[float, float]:
+    """Percentile interval of what is drawn from each resample of so many cycles."""
+    draws = np.concatenate([drawn(picks) for picks in _picks(size, resamples, rng)])
+    low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
+    return float(low), float(high)
+
+
+def bootstrap_mean(
+    values: FloatArray, rng: np.random.Generator, resamples: int = 2000
+) -> OverCycles:
     """Mean over cycles with a percentile interval from resampled cycles."""
     values = values[np.isfinite(values)]
     if values.size < 2:
         value = float(values.mean()) if values.size else float("nan")
-        return Interval(value, float("nan"), float("nan"), values.size)
-    picks = _picks(values.size, resamples, rng)
-    draws = np.concatenate([values[pick].mean(axis=1) for pick in picks])
-    low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
-    return Interval(float(values.mean()), float(low), float(high), values.size)
+        return OverCycles(value, float("nan"), float("nan"), values.size)
+    ends = _ends(lambda p: values[p].mean(axis=1), values.size, resamples, rng)
+    return OverCycles(float(values.mean()), *ends, values.size)
 
 
 def bootstrap_ratio(
     ours: FloatArray, theirs: FloatArray, rng: np.random.Generator, resamples: int = 2000
-) -> Interval:
+) -> OverCycles:
     """Ratio of RMS errors over the same cycles, cycles resampled in pairs; NaN over no error.
 
     Parameters
@@ -143,11 +142,13 @@ def bootstrap_ratio(
     both = np.isfinite(ours) & np.isfinite(theirs)
     a, b = ours[both] ** 2, theirs[both] ** 2
     if a.size < 2 or not b.any():
-        return Interval(float("nan"), float("nan"), float("nan"), a.size)
-    picks = _picks(a.size, resamples, rng)
-    draws = np.concatenate([np.sqrt(a[p].mean(axis=1) / b[p].mean(axis=1)) for p in picks])
-    low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
-    return Interval(float(np.sqrt(a.mean() / b.mean())), float(low), float(high), a.size)
+        return OverCycles(float("nan"), float("nan"), float("nan"), a.size)
+
+    def drawn(picks: IntArray) -> FloatArray:
+        return np.asarray(np.sqrt(a[picks].mean(axis=1) / b[picks].mean(axis=1)))
+
+    ends = _ends(drawn, a.size, resamples, rng)
+    return OverCycles(float(np.sqrt(a.mean() / b.mean())), *ends, a.size)
 
 
 def paired_p(ours: FloatArray, theirs: FloatArray) -> float:
@@ -357,8 +358,8 @@ class Departure:
     high: float
 
 
-def departures(track: Track, prior_sd: FloatArray, *, width: float = 3.0) -> list[Departure]:
-    """Parameters that end outside ± `width` prior sd by more than their own sd, and since when.
+def departures(track: Track, prior_sd: FloatArray) -> list[Departure]:
+    """Parameters that end outside ± 3 prior sd by more than their own sd, and since when.
 
     Parameters
     ----------
@@ -369,7 +370,7 @@ def departures(track: Track, prior_sd: FloatArray, *, width: float = 3.0) -> lis
     """
     found = []
     for i, name in enumerate(track.names):
-        limit = width * float(prior_sd[i])
+        limit = 3.0 * float(prior_sd[i])
         outside = np.abs(track.values[:, i]) - track.sd[:, i] > limit
         if outside.size and outside[-1]:
             inside = np.flatnonzero(~outside)

@@ -110,7 +110,6 @@ def run_filter(
     noise: Noise,
     guards: Guards | None = None,
     *,
-    walk_factor: FloatArray | None = None,
     known_jumps: Sequence[Jump] = (),
     fast: bool = True,
 ) -> Track:
@@ -122,15 +121,13 @@ def run_filter(
         From `cell_rows` or `six_axis_rows`.
     guards
         Limits; the defaults where None.
-    walk_factor
-        Multiplies the random walk of each unknown, shape (p,): a cell known to drift more.
     known_jumps
         Onsets at which a bias is opened, found in an earlier pass; no others are looked for.
     fast
         Use compiled loops where they are at hand; the array code gives the same to rounding.
     """
     guards = guards or Guards()
-    begun = Pass.begin(rows, noise, walk_factor, known_jumps)
+    begun = Pass.begin(rows, noise, known_jumps)
     bank = None if known_jumps else JumpBank.start(rows, begun.mean.size, guards)
     return track_of(rows, begun, begun.run(rows, guards, bank, fast=fast), bank)
 

@@ -11,7 +11,7 @@ from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
-    Interval,
+    OverCycles,
     bootstrap_mean,
     bootstrap_ratio,
     paired_p,
@@ -201,7 +201,7 @@ def judge_method(
 def over_cycles(
     judged: Sequence[Judged], rng: np.random.Generator
 ) -> tuple[
-    dict[tuple[str, str, str], Interval], dict[tuple[str, str, str], tuple[Interval, float]]
+    dict[tuple[str, str, str], OverCycles], dict[tuple[str, str, str], tuple[OverCycles, float]]
 ]:
     """Means over gait cycles, and ratios of memory to the other methods, by what was compared."""
     per_cycle, ratios = {}, {}

@@ -333,7 +333,7 @@ class _Passes:
         """Run both over updates ``first:stop`` of the rows."""
         guards, noise = walk.settings.memory.guards, walk.noise
         own, ahead = rows.part(first, stop), rows.part(first, len(rows))
-        whole = Pass.begin(rows, noise, None, ())
+        whole = Pass.begin(rows, noise, ())
         filtered = whole.part(first, stop)
         if seam is None:
             bank = JumpBank.start(own, filtered.mean.size, guards)

@@ -39,11 +39,9 @@ class Pass:
     drive: FloatArray
 
     @classmethod
-    def begin(
-        cls, rows: Rows, noise: Noise, walk_factor: FloatArray | None, jumps: Sequence[Jump]
-    ) -> Pass:
+    def begin(cls, rows: Rows, noise: Noise, jumps: Sequence[Jump]) -> Pass:
         """At the prior, before the first update."""
-        tuned = spread(rows, noise, walk_factor)
+        tuned = spread(rows, noise)
         u, p, s = len(rows), len(rows.names), tuned.states
         cov = np.zeros((s, s))
         cov[:p, :p] = rows.prior_correlation

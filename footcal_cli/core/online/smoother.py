@@ -44,7 +44,7 @@ def run_smoother(
     begun
         A pass that has come to the first of the rows, `known_jumps` opened; the prior where None.
     """
-    whole = begun or Pass.begin(rows, noise, None, known_jumps)
+    whole = begun or Pass.begin(rows, noise, known_jumps)
     starts = range(0, len(rows), STRETCH)
     pieces, states = [], []
     for start in starts:

@@ -94,15 +94,13 @@ class Tuned:
         return total
 
 
-def spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None = None) -> Tuned:
+def spread(rows: Rows, noise: Noise) -> Tuned:
     """Give every state and row its noise.
 
     Parameters
     ----------
     rows, noise
         The walk, and one or many settings.
-    walk_factor
-        Multiplies the random walk of each unknown, shape (p,).
     """
     table = noise.stacked()
     named = {f.name: table[:, i] for i, f in enumerate(fields(Noise))}
@@ -116,8 +114,6 @@ def spread(rows: Rows, noise: Noise, walk_factor: FloatArray | None = None) -> T
             sd[:, i] = named["bias_walk_n"] / rows.prior_sd[i]
         else:
             sd[:, i] = named["state_walk"]
-    if walk_factor is not None:
-        sd = sd * walk_factor
     force = np.array([name.startswith("f") for name in rows.outputs[:totals]])
     slow = np.where(force, named["force_slow_n"][:, None], named["moment_slow_nm"][:, None])
     white = np.empty((settings, len(rows.outputs)))

@@ -31,6 +31,7 @@ _LONGEST = 2.0
 """Correlation times grow by this logarithm at most: what lasts longer than some steps is no noise,
 and taken for it an error that a foot in the air keeps would take the place of its offset."""
 _CORRELATION_TIMES = ("force_slow_s", "moment_slow_s", "swing_slow_s")
+_ROUNDS = 8
 _FIRST_STEP = 0.7
 _LARGEST_STEP = 1.5
 
@@ -79,7 +80,6 @@ def learn_noise(
     start: Noise | None = None,
     *,
     learnt: Sequence[str] = LEARNT,
-    rounds: int = 8,
     guards: Guards | None = None,
     known_jumps: Sequence[Jump] = (),
 ) -> Tuning:
@@ -130,7 +130,7 @@ def learn_noise(
         moved = (points[:, at] - origin[at]) / prior_sd
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))
 
-    point, first, best, curvature = _climbed(score, origin, at, 1.0 / prior_sd**2, rounds)
+    point, first, best, curvature = _climbed(score, origin, at, 1.0 / prior_sd**2)
     point = within(point[None])[0]
     sd_log = 1.0 / np.sqrt(curvature)
     # the mean of a walk's variance, not its mode: exp(2 s²) for a log-normal amplitude. A walk too
@@ -157,7 +157,6 @@ def _climbed(
     origin: FloatArray,
     at: IntArray,
     least: FloatArray,
-    rounds: int,
 ) -> tuple[FloatArray, float, float, FloatArray]:
     """The highest point found, the score of the origin and its own, and the curvature there.
 
@@ -174,7 +173,7 @@ def _climbed(
     first = best = float(score(point[None])[0])
     step = np.full(at.size, _FIRST_STEP)
     shares = np.array([1.0, 0.6, 0.3, 0.1])
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         trials = np.tile(point, (2 * at.size, 1))
         trials[np.arange(at.size), at] += step
         trials[at.size + np.arange(at.size), at] -= step

@@ -26,7 +26,7 @@ from footcal_cli.core.pose.model import (
     Structure,
     arms_b_m,
 )
-from footcal_cli.core.pose.problem import PoseOptions, Problem
+from footcal_cli.core.pose.problem import PoseCost, PoseOptions
 from footcal_cli.core.pose.residual import StandingResidual, standing_names, standing_values
 from footcal_cli.core.spatial import left_jacobian, rotation_log, skew
 
@@ -154,7 +154,7 @@ def fit_pose(
         Noise of one pose's wrench per leg and channel, shape (K, 6), N and Nm.
     """
     asked = options or PoseOptions()
-    problem = Problem.of(summary, legs, noise_sd, asked)
+    problem = PoseCost.of(summary, legs, noise_sd, asked)
     begin = _aligned(problem, summary, asked)
     factor = 1.0
     left = 6 * summary.poses - asked.structure.freedom(len(legs))
@@ -199,7 +199,7 @@ def misfits_of_poses(
         Of the Gram matrix of the poses, `PoseSummary.gram`; of what nobody asks how much it is
         beyond: infinity there, as soon as that is clear; and of the steps.
     """
-    problem = Problem.of(summary, legs, noise_sd, options)
+    problem = PoseCost.of(summary, legs, noise_sd, options)
     begin = _aligned(problem, summary, options)
 
     def misfit(gram: FloatArray, beyond: float, most_steps: int) -> float:
@@ -210,7 +210,7 @@ def misfits_of_poses(
     return misfit
 
 
-def _aligned(problem: Problem, summary: PoseSummary, options: PoseOptions) -> Mounting:
+def _aligned(problem: PoseCost, summary: PoseSummary, options: PoseOptions) -> Mounting:
     """Where the fit starts: transducers turned so that all legs felt one gravity when hanging."""
     begin = problem.start
     if not options.structure.rotates:

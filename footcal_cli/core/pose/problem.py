@@ -127,7 +127,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Problem:
+class PoseCost:
     """The cost over the free unknowns.
 
     `noise` is the block-diagonal covariance N of the features (6K + 4,), as its diagonal;
@@ -151,7 +151,7 @@ class Problem:
         legs: tuple[LegKnowledge, ...],
         noise_sd: FloatArray,
         options: PoseOptions,
-    ) -> Problem:
+    ) -> PoseCost:
         """Set up priors, hanging rows and the free unknowns."""
         start, hang = start_mounting(summary.geometry, legs, summary.robot_weight_n)
         count = len(legs)

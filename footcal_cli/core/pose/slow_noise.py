@@ -24,7 +24,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, fit_pose
-from footcal_cli.core.pose.problem import PoseOptions, Problem
+from footcal_cli.core.pose.problem import PoseCost, PoseOptions
 
 _SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 0.95)
 _MEMORIES = 9
@@ -136,7 +136,7 @@ def _likeliest(
     memories = np.geomspace(_SHORTEST, len(data) / 2.0, _MEMORIES)
     laws = [SlowNoise(share, float(memory)) for share in _SHARES for memory in memories]
     features = data.features()
-    problem = Problem.of(summarise(data), legs, noise_sd, fit.options)
+    problem = PoseCost.of(summarise(data), legs, noise_sd, fit.options)
     costs = [_cost(law, features, problem, fit) for law in (SlowNoise(), *laws)]
     best = int(np.argmin(costs))
     # two more parameters: their price by the Bayesian information criterion
@@ -145,7 +145,7 @@ def _likeliest(
     return laws[best - 1]
 
 
-def _cost(law: SlowNoise, features: FloatArray, problem: Problem, fit: PoseFit) -> float:
+def _cost(law: SlowNoise, features: FloatArray, problem: PoseCost, fit: PoseFit) -> float:
     """−log restricted likelihood, the level of the noise profiled out."""
     white, logarithm = law.whitened(features)
     summary = replace(problem.summary, gram=white.T @ white)

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import savgol_filter
 
-from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.parameters import FloatArray
 
 
 class Verdict(StrEnum):
@@ -21,7 +22,6 @@ class Verdict(StrEnum):
     KEPT = "kept"
     MOVING = "moving"
     TOO_SHORT = "too short"
-    LOST = "motion capture lost"
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,6 @@ class Stretch:
     stop: int
     verdict: Verdict
     duration_s: float
-
-    @property
-    def reason(self) -> str:
-        """The verdict in words, with the number behind it."""
-        return f"{self.verdict.value} ({self.duration_s:.2f} s)"
 
 
 @dataclass(frozen=True)
@@ -89,9 +84,8 @@ def steady_stretches(
     time_s: FloatArray,
     force_n: FloatArray,
     rule: SteadyRule | None = None,
-    tracked: BoolArray | None = None,
 ) -> tuple[Stretch, ...]:
-    """Every row of a log in one stretch, kept or discarded with its reason.
+    """Every row of a log in one stretch, kept or discarded.
 
     Parameters
     ----------
@@ -99,8 +93,6 @@ def steady_stretches(
         Shape (n,), evenly sampled.
     force_n
         Forces of all legs, shape (n, K, 3), N.
-    tracked
-        Whether motion capture saw the body, shape (n,).
     """
     asked = rule or SteadyRule()
     still = force_rate_nps(time_s, force_n, asked.window_s) < asked.rate_nps
@@ -112,12 +104,43 @@ def steady_stretches(
             verdict = Verdict.MOVING
         elif duration <= asked.duration_s:
             verdict = Verdict.TOO_SHORT
-        elif tracked is not None and not tracked[start:stop].all():
-            verdict = Verdict.LOST
         else:
             verdict = Verdict.KEPT
         stretches.append(Stretch(start, stop, verdict, duration))
     return tuple(stretches)
+
+
+def why_no_pose(time_s: FloatArray, force_n: FloatArray, rule: SteadyRule) -> tuple[str, str]:
+    """Why nothing stands still long enough, and what would take the quietest part.
+
+    Parameters
+    ----------
+    time_s, force_n
+        As for `steady_stretches`, which kept nothing of them.
+    """
+    length, asked = float(np.ptp(time_s)), rule.duration_s
+    quiet = [s for s in steady_stretches(time_s, force_n, rule) if s.verdict is Verdict.TOO_SHORT]
+    if quiet:
+        longest = max(quiet, key=lambda s: s.duration_s)
+        return (
+            f"the longest stretch that stands still lasts {longest.duration_s:.3g} s (from "
+            f"{time_s[longest.start]:.5g} s), not more than steady_duration_s = {asked:g} s",
+            f"stand still longer, or set steady_duration_s = {0.9 * longest.duration_s:.2g}",
+        )
+    if length <= asked:
+        return (
+            f"the recording lasts {length:.3g} s, not more than steady_duration_s = {asked:g} s",
+            "record longer",
+        )
+    rate = force_rate_nps(time_s, force_n, rule.window_s)
+    rows = min(int(asked / np.median(np.diff(time_s))) + 2, rate.size)
+    largest = sliding_window_view(rate, rows).max(axis=1)
+    at = int(np.argmin(largest))
+    return (
+        f"in the quietest {asked:g} s (from {time_s[at]:.5g} s) forces change by up to "
+        f"{largest[at]:.3g} N/s, more than steady_rate_nps = {rule.rate_nps:g}",
+        f"stand still in each pose, or set steady_rate_nps = {1.2 * largest[at]:.3g}",
+    )
 
 
 def medians(columns: FloatArray, stretches: tuple[Stretch, ...]) -> FloatArray:

@@ -19,6 +19,7 @@ import numpy as np
 from footcal_cli.core.hang.model import leg_com_t_m
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.inference.fit import least_squares_alone
+from footcal_cli.core.inference.kalman import correct, innovate, predict, smooth_back
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -133,8 +134,9 @@ def _smoothed(
     """Leg, runs, pairs, and the CoM each pair gives sample by sample."""
     runs, leg = hang_runs(logs)
     pairs = _pairs(runs)
-    arms = [smooth_com(pair.minus[:, :3], pair.minus[:, 3:])[0] for pair in pairs]
-    return leg, runs, pairs, arms
+    minus = np.stack([pair.minus for pair in pairs], axis=1)
+    arms, _ = smooth_com(minus[..., :3], minus[..., 3:])
+    return leg, runs, pairs, list(np.moveaxis(arms, 1, 0))
 
 
 def _steps(
@@ -218,29 +220,23 @@ def _weight_n(pair: _Pair, turn: FloatArray) -> float:
 
 
 def smooth_com(force_n: FloatArray, torque_nm: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Leg CoM per sample (n, 3) and its covariance (n, 3, 3) by a Rauch-Tung-Striebel smoother.
+    """Leg CoM per sample (n, …, 3) and its covariance by a Rauch-Tung-Striebel smoother.
 
     State r, a random walk; observation ``τ⁻ = r × f⁻ = −[f⁻] r`` (section III-A.3). The component
     along f⁻ is not observed and stays where it started.
     """
-    rows = force_n.shape[0]
-    observe = -skew(force_n)
-    process = observation = SMOOTHER_VARIANCE * np.eye(3)
-    mean, variance = np.zeros(3), np.eye(3)
-    means, variances = np.empty((rows, 3)), np.empty((rows, 3, 3))
-    for i in range(rows):
-        predicted = variance + process
-        h = observe[i]
-        gain = np.linalg.solve(h @ predicted @ h.T + observation, h @ predicted).T
-        mean = mean + gain @ (torque_nm[i] - h @ mean)
-        variance = predicted - gain @ h @ predicted
-        means[i], variances[i] = mean, variance
-    for i in range(rows - 2, -1, -1):
-        predicted = variances[i] + process
-        back = np.linalg.solve(predicted, variances[i]).T
-        means[i] = means[i] + back @ (means[i + 1] - means[i])
-        variances[i] = variances[i] + back @ (variances[i + 1] - predicted) @ back.T
-    return means, variances
+    stays, drive = np.ones(3), np.full(3, SMOOTHER_VARIANCE)
+    lever = -skew(force_n)
+    found, ahead = [(np.zeros(force_n.shape[1:]), np.zeros(lever.shape[1:]) + np.eye(3))], []
+    for h, torque in zip(lever, torque_nm, strict=True):
+        mean, cov = predict(*found[-1], stays, drive)
+        innovation = innovate(cov, h, torque - (h @ mean[..., None])[..., 0], np.diag(drive))
+        found.append(correct(mean, cov, innovation))
+        ahead.append((mean, cov))
+    for i in range(len(ahead) - 1, 0, -1):
+        found[i] = smooth_back(*found[i], stays, ahead[i], found[i + 1])
+    means, variances = zip(*found[1:], strict=True)
+    return np.array(means), np.array(variances)
 
 
 def _merged_com_m(pairs: Sequence[_Pair], arms: Sequence[FloatArray]) -> FloatArray:

@@ -42,10 +42,9 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     robot = session.recipe.robot
     cells = next((tuple(f.cells) for f in robot.feet.values() if f.cells), ())
     if not cells:
-        raise UsageError(
-            "the recipe names no cells of a foot", file=session.recipe.path,
-            remedy="describe them in [robot.feet.<name>.cells]",
-        )  # fmt: skip
+        raise session.lacks(
+            "no cells of a foot are described", "add [robot.feet.<name>.cells] to the recipe"
+        )
     tables = session.read_required(placements_table(cells))
     foot = np.concatenate([t.text("foot") for t in tables])
     hole = np.concatenate([t.numbers(["hole_x_m", "hole_y_m"]) for t in tables])

@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.investigation import Investigation
-from footcal_cli.core.diagnosis.kindred import excess_of
+from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.words import words

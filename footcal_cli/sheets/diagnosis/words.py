@@ -127,7 +127,7 @@ def better_blocks(gain: Gain) -> int:
     return int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))
 
 
-def share_text(share: float, decimals: int = 1, *, sign: bool = False) -> str:
+def share_text(share: float, *, sign: bool = False) -> str:
     """A share of the error that goes, ``10.1 %``; ``worse`` where the error more than doubles.
 
     On a block that a model cannot predict the share has any size, −2·10⁹ % too. The number itself
@@ -135,12 +135,12 @@ def share_text(share: float, decimals: int = 1, *, sign: bool = False) -> str:
     """
     if share < -1.0:
         return "worse"
-    return f"{100 * share:{'+' if sign else ''}z.{decimals}f} %".replace("-", "−")
+    return f"{100 * share:{'+' if sign else ''}z.1f} %".replace("-", "−")
 
 
 def share_interval(low: float, high: float, decimals: int = 1) -> str:
     """The bounds of such a share in per cent: ``[3.0, 4.7]``, ``[< −100, 4.7]``."""
-    texts = (f"{100 * max(x, -1.0):z.{decimals}f}".replace("-", "−") for x in (low, high))
+    texts = (f"{100 * max(x, -1.0):z.1f}".replace("-", "−") for x in (low, high))
     low_text, high_text = (
         f"< {text}" if x < -1.0 else text for x, text in zip((low, high), texts, strict=True)
     )

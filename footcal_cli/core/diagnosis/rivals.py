@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import stats
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained
@@ -20,6 +20,7 @@ from footcal_cli.core.inference.evidence import (
     Interval,
     effective_blocks,
     jackknife_interval,
+    largest_excess,
     local_max_t,
     sign_flip_group,
     sign_flip_max_t,
@@ -35,7 +36,6 @@ from footcal_cli.core.parameters import FloatArray
 SMOOTH = having(Trait.SMOOTH)
 """Curves of one number. Against a knee, which has its place too, they count together: only where
 the sharp knee adds something beside both is a smooth curve out."""
-_UNSURE = 0.05
 _MOST = 500.0  # exponent of odds
 _OUT = 0.01  # odds at which a cause is out
 
@@ -74,30 +74,6 @@ def left_of(
     found = scores(grams.inner, grams.calibration, grams.features)
     taken, freedom = explained(grams, grams.calibration, grams.features)
     return sign_flip_group(found.score, signs), largest_excess(taken, freedom)
-
-
-def largest_excess(taken: float, freedom: int) -> float:
-    """Upper 95 % bound of the noncentrality λ of χ²: ``P(χ²_k(λ) ≤ taken) = 0.05``.
-
-    Parameters
-    ----------
-    taken
-        Squared error in units of the noise that k directions take.
-    freedom
-        Their number, k.
-    """
-    if not freedom:
-        return 0.0
-
-    def below(excess: float) -> float:
-        return float(stats.ncx2.cdf(taken, freedom, excess)) - _UNSURE
-
-    if stats.chi2.cdf(taken, freedom) <= _UNSURE:
-        return 0.0
-    end = taken + freedom + 20.0
-    while below(end) > 0.0:
-        end *= 2.0
-    return float(optimize.brentq(below, 0.0, end))
 
 
 def excess_of(other: FloatArray, best: FloatArray) -> Interval:
@@ -176,7 +152,7 @@ def odds_of(best: FloatArray, other: FloatArray, noise: Noise, form: float = 0.0
     return float(np.exp(np.clip(surest, -_MOST, _MOST)))
 
 
-def kindred(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
+def look_alike(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
     """Whether the table says that one looks like the other."""
     a, b = table[one.signature.effect], table[other.signature.effect]
     return b.name in a.mimics or a.name in b.mimics
@@ -203,7 +179,7 @@ def share_for_form(best: Tried, fitting: float, rules: Rules) -> float:
     ----------
     fitting
         That share where the best one's form fits: `Rules.other_form` for a curve of the other
-        class. Of two knees `Rules.kindred_loss`: they are one curve where loads are of one sign,
+        class. Of two knees `Rules.rival_loss`: they are one curve where loads are of one sign,
         and where these pull too they are not at all alike.
     """
     return rules.wrong_form if best.p < rules.alpha_left else fitting
@@ -225,7 +201,7 @@ def outdone(
     the nearer one adds something beside the other too. So the best must leave nothing, with power:
     what its kind could still explain, at most, must be less than a share of what it adds.
     """
-    if best.p < rules.alpha_whole or not kindred(subject.table, best.cause, other.cause):
+    if best.p < rules.alpha_whole or not look_alike(subject.table, best.cause, other.cause):
         return False
     smooth = best.cause.signature.effect in SMOOTH
     beside = [] if smooth else partners_of(other.cause, family)

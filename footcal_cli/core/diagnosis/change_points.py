@@ -33,7 +33,7 @@ _RARE = 0.01
 _ROUNDS = 4
 
 
-def at_its_moment(
+def at_its_change_point(
     subject: Subject, signature: Signature, others: Sequence[Cause], model: Refit | None
 ) -> Signature:
     """A signature at the moment that explains most; one without a moment as it is.
@@ -48,7 +48,7 @@ def at_its_moment(
         All other causes, and the model with them; None without any.
     """
     effect = subject.table[signature.effect]
-    moment = _moment_of(effect)
+    moment = _change_point_of(effect)
     if moment is None:
         return signature
     found = dict(signature.shape)[moment]
@@ -78,7 +78,7 @@ def best_between(subject: Subject, after_s: float, before_s: float) -> Signature
     middle = 0.5 * (after_s + before_s)
     placed: dict[object, Signature] = {}
     for signature in problem.signatures:
-        moment = _moment_of(subject.table[signature.effect])
+        moment = _change_point_of(subject.table[signature.effect])
         if moment is not None:
             placed[signature.cause] = _at(signature, moment, middle)
     found = _best(subject, ideal, list(placed.values()))
@@ -87,7 +87,7 @@ def best_between(subject: Subject, after_s: float, before_s: float) -> Signature
     log = max(subject.case.judged, key=len)
     times = _starts(log) if is_one_stream(problem) else log.time_s - log.time_s[0]
     times = times[(times > after_s) & (times < before_s)]
-    moment = _moment_of(subject.table[found.effect])
+    moment = _change_point_of(subject.table[found.effect])
     if moment is None:  # only effects with a moment were placed
         return found
     return _best(subject, ideal, [found, *(_at(found, moment, float(time)) for time in times)])
@@ -133,19 +133,19 @@ def _by(problem: Problem, columns: FloatArray, law: Noise) -> FloatArray:
 
 def moved(effect: Effect, signature: Signature, model: Refit) -> bool:
     """Whether a refit stands at another moment than the one that the search tried."""
-    moment = _moment_of(effect)
+    moment = _change_point_of(effect)
     owners, tried = signature.owners, dict(signature.shape)
     return moment is not None and any(
         model.values[f"{owner}.{moment}"] != tried[moment] for owner, _ in owners
     )
 
 
-def has_moment(effect: Effect) -> bool:
+def has_change_point(effect: Effect) -> bool:
     """Whether an effect begins at a time of its own."""
-    return _moment_of(effect) is not None
+    return _change_point_of(effect) is not None
 
 
-def _moment_of(effect: Effect) -> str | None:
+def _change_point_of(effect: Effect) -> str | None:
     return next((p.name for p in effect.shapes if p.grid_of is GridOf.SPAN), None)
 
 

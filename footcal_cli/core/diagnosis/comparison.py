@@ -10,16 +10,19 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.bends import open_curves
+from footcal_cli.core.diagnosis.change_points import moved
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
 from footcal_cli.core.diagnosis.field import field_of, white_loss
-from footcal_cli.core.diagnosis.kindred import (
+from footcal_cli.core.diagnosis.memories import surer
+from footcal_cli.core.diagnosis.mixtures import LINEAR
+from footcal_cli.core.diagnosis.rivals import (
     Tried,
     adding_p,
     adds_more,
     excess_of,
-    kindred,
     level_of,
     likelier,
+    look_alike,
     odds_of,
     of_turns,
     of_two_classes,
@@ -27,9 +30,6 @@ from footcal_cli.core.diagnosis.kindred import (
     partners_of,
     share_for_form,
 )
-from footcal_cli.core.diagnosis.memories import surer
-from footcal_cli.core.diagnosis.mixtures import LINEAR
-from footcal_cli.core.diagnosis.moments import moved
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.weighing import has_few_blocks
@@ -128,7 +128,7 @@ def decided(
     }
     losses = {t.cause.signature.effect: t.loss for t in tried}
     lost = {effect: float((other - loss).sum()) for effect, other in losses.items()}
-    most = share_for_form(best, rules.kindred_loss, rules) * gain
+    most = share_for_form(best, rules.rival_loss, rules) * gain
     knees = {effect for effect in KNEES & lost.keys() if lost[effect] < most}
     if chosen.signature.effect in KNEES or knees - worse:
         worse -= knees
@@ -158,7 +158,7 @@ def decided(
 
     def odds(effect: str) -> float:
         """Of what no comparison of losses rules out, or has no loss of its own, even ones."""
-        bent = rules.kindred_loss * gain
+        bent = rules.rival_loss * gain
         if effect in same:
             return 1.0
         if effect in losses:
@@ -300,11 +300,11 @@ def _worse(
     kind leaves nothing, the next best may be the nearer one.
     """
     lost = float((other.loss - loss).sum())
-    if not kindred(table, best.cause, other.cause):
+    if not look_alike(table, best.cause, other.cause):
         return significant
     if best.p >= rules.alpha_whole and other.p < level_of(best.cause, other.cause, rules):
         return True
-    return significant and lost >= rules.kindred_loss * gain
+    return significant and lost >= rules.rival_loss * gain
 
 
 def _where(

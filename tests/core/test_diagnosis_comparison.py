@@ -14,13 +14,12 @@ from scipy import stats
 from footcal_cli.core.diagnosis import field, growth
 from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.contest import _where, _worse
+from footcal_cli.core.diagnosis.comparison import _where, _worse
 from footcal_cli.core.diagnosis.field import best_of
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
-from footcal_cli.core.diagnosis.kindred import (
+from footcal_cli.core.diagnosis.rivals import (
     Tried,
     excess_of,
-    largest_excess,
     likelier,
     odds_of,
     of_two_classes,
@@ -34,6 +33,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import (
     Interval,
+    largest_excess,
     sign_flip_group,
     sign_flip_mean,
     sign_patterns,
