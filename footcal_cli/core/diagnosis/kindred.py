@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained
 from footcal_cli.core.diagnosis.rules import Rules
@@ -90,9 +91,9 @@ def largest_excess(taken: float, freedom: int) -> float:
         return 0.0
 
     def below(excess: float) -> float:
-        return float(stats.ncx2.cdf(taken, freedom, excess)) - _UNSURE
+        return float(chances.ncx2_cdf(taken, freedom, excess)) - _UNSURE
 
-    if stats.chi2.cdf(taken, freedom) <= _UNSURE:
+    if chances.chi2_cdf(taken, freedom) <= _UNSURE:
         return 0.0
     end = taken + freedom + 20.0
     while below(end) > 0.0:
@@ -169,7 +170,7 @@ def odds_of(best: FloatArray, other: FloatArray, noise: Noise, form: float = 0.0
         return 1.0
     t = float(lost.mean()) / spread * np.sqrt(lost.size)
     freedom = lost.size - 1
-    by_sign = float(stats.t.logcdf(-t, freedom) - stats.t.logcdf(t, freedom))
+    by_sign = float(chances.t_logcdf(-t, freedom) - chances.t_logcdf(t, freedom))
     total = float(lost.sum())
     by_form = float(np.log(_OUT)) * total / form if form > 0.0 else -np.inf
     surest = min(by_sign, -0.5 * total / _scale(best, noise), by_form, key=abs)

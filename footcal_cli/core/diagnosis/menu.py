@@ -45,8 +45,8 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.contest import OF_ANY_ORDER
 from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
@@ -228,7 +228,7 @@ def repeats_for(
     """Runs whose pooled separation reaches ``z_{1−α/2} + z_power``, and ten blocks together."""
     if separation <= 0:
         return 10**6
-    needed = float(stats.norm.ppf(1 - alpha / 2) + stats.norm.ppf(power))
+    needed = float(chances.norm_ppf(1 - alpha / 2) + chances.norm_ppf(power))
     fewest = int(np.ceil(_FEWEST_BLOCKS / blocks))
     return max(int(np.ceil((needed / separation) ** 2)), fewest)
 

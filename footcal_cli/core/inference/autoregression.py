@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import qr
-from scipy.signal import lfilter
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray
 
 MAX_LAGS = 30
@@ -28,7 +28,7 @@ _SEEN = 0.5
 """Share of a frequency's power that the regressors may take; of others they tell too little."""
 _FEWEST = 12
 """Frequencies that must be left to judge by."""
-_SURE = float(stats.chi2.isf(0.001, 3))
+_SURE = float(chances.chi2_isf(0.001, 3))
 _UNEVEN = 1.22
 """Of Bartlett's cumulative periodogram: its largest distance from even, times √n, at 10 %."""
 _LEAST = 1e-6
@@ -99,6 +99,8 @@ def _without_slow(columns: FloatArray, variance: float, memory: float) -> FloatA
     """
     if not variance:
         return columns
+    from scipy.signal import lfilter
+
     out, at = np.empty_like(columns), np.zeros(columns.shape[1])
     spread, start = variance, len(columns)
     for t, row in enumerate(columns):

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 EXACT_UP_TO = 13
@@ -146,7 +146,7 @@ def local_max_t(
     scatter = np.sum((scores - size * information) ** 2 / free, axis=0) / total
     noise = np.sqrt(np.sum(repeats * scatter) / freedom)
     t = np.abs(size) * np.sqrt(total) / max(float(noise), 1e-300)
-    return t, np.minimum((many or size.size) * 2.0 * stats.t.sf(t, freedom), 1.0)
+    return t, np.minimum((many or size.size) * 2.0 * chances.t_sf(t, freedom), 1.0)
 
 
 def sign_flip_mean(values: FloatArray, signs: FloatArray) -> float:
@@ -286,7 +286,7 @@ def jackknife_interval(
         return Interval(value, -np.inf, np.inf)
     se = np.sqrt((blocks - 1) / blocks * np.sum((without - value) ** 2))
     freedom = max((blocks if informative is None else min(informative, blocks)) - 1.0, 1.0)
-    half = float(stats.t.ppf(0.975, freedom) * se)
+    half = float(chances.t_ppf(0.975, freedom) * se)
     return Interval(value, value - half, value + half)
 
 
