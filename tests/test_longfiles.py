@@ -102,3 +102,37 @@ def test_counts_of_a_long_log_are_held_in_32_bits_that_hold_their_differences(
     np.testing.assert_array_equal(
         np.diff(table.data["left_fl_counts"].to_numpy()), np.diff(counts.astype(float))
     )
+
+
+LATE_CELLS = {
+    "integers": "7",
+    "a number with a point": "7.5",
+    "an empty cell": "",
+    "above 64 bits of a sign": str(2**63 + 5),
+    "a word": "many",
+}
+
+
+@pytest.mark.parametrize("late", LATE_CELLS.values(), ids=LATE_CELLS.keys())
+def test_a_long_csv_read_in_pieces_is_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, late: str
+) -> None:
+    """Whatever stands in a late piece, a fault named by its line included."""
+    path = write(tmp_path, ".csv")
+    lines = path.read_text().splitlines()
+    lines[30] = f"375.0,{late},3"
+    path.write_text("\n".join(lines))
+    said: list[object] = []
+    for long_bytes in (0, 2**30):
+        monkeypatch.setattr(longfiles, "LONG_BYTES", long_bytes)
+        try:
+            said.append(read_table(path, TABLE, FOREIGN, gravity_mps2=GRAVITY).data)
+        except DataError as error:
+            said.append(error.line())
+    pieces, whole = said
+    if isinstance(whole, pd.DataFrame):
+        assert isinstance(pieces, pd.DataFrame)
+        pd.testing.assert_frame_equal(pieces, whole, check_dtype=False)
+    else:
+        assert "line 31" in str(whole)
+        assert pieces == whole
