@@ -67,6 +67,7 @@ BELOW_INFERENCE = {
     "effects",
     "chain",
     "parameters",
+    "chances",
     "log",
     "signals",
     "centroidal",
@@ -117,7 +118,7 @@ def imports_of(path: Path) -> list[str]:
             module = node.module or ""
             found += (
                 [f"{module}.{alias.name}" for alias in node.names]
-                if module == "footcal_cli"
+                if module in ("footcal_cli", "footcal_cli.core")
                 else [module]
             )
     return found

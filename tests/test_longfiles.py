@@ -85,3 +85,54 @@ def test_quoted_texts_are_read_at_once(tmp_path: Path) -> None:
     table.to_csv(path, index=False)
     (whole,) = read_pieces(path, TABLE, FOREIGN, gravity_mps2=GRAVITY)
     assert len(whole) == 40
+
+
+@pytest.mark.parametrize(("largest", "held"), [(2**30 - 1, np.int32), (2**30, np.int64)])
+def test_counts_of_a_long_log_are_held_in_32_bits_that_hold_their_differences(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, largest: int, held: type
+) -> None:
+    monkeypatch.setattr(longfiles, "LONG_BYTES", 0)
+    counts = np.array([-(2**30) + 1, largest, 0, 7])
+    path = tmp_path / "log.parquet"
+    log = {"time_s": np.arange(4.0), "left_fl_counts": counts, "left_fr_counts": counts // 2}
+    pd.DataFrame(log).to_parquet(path, index=False)
+    table = read_table(path, TABLE, gravity_mps2=GRAVITY)
+    assert table.data["left_fl_counts"].dtype == held
+    np.testing.assert_array_equal(table.number("left_fl_counts"), counts)
+    np.testing.assert_array_equal(
+        np.diff(table.data["left_fl_counts"].to_numpy()), np.diff(counts.astype(float))
+    )
+
+
+LATE_CELLS = {
+    "integers": "7",
+    "a number with a point": "7.5",
+    "an empty cell": "",
+    "above 64 bits of a sign": str(2**63 + 5),
+    "a word": "many",
+}
+
+
+@pytest.mark.parametrize("late", LATE_CELLS.values(), ids=LATE_CELLS.keys())
+def test_a_long_csv_read_in_pieces_is_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, late: str
+) -> None:
+    """Whatever stands in a late piece, a fault named by its line included."""
+    path = write(tmp_path, ".csv")
+    lines = path.read_text().splitlines()
+    lines[30] = f"375.0,{late},3"
+    path.write_text("\n".join(lines))
+    said: list[object] = []
+    for long_bytes in (0, 2**30):
+        monkeypatch.setattr(longfiles, "LONG_BYTES", long_bytes)
+        try:
+            said.append(read_table(path, TABLE, FOREIGN, gravity_mps2=GRAVITY).data)
+        except DataError as error:
+            said.append(error.line())
+    pieces, whole = said
+    if isinstance(whole, pd.DataFrame):
+        assert isinstance(pieces, pd.DataFrame)
+        pd.testing.assert_frame_equal(pieces, whole, check_dtype=False)
+    else:
+        assert "line 31" in str(whole)
+        assert pieces == whole

@@ -20,10 +20,13 @@ from footcal_cli.tables.columns import (
     body_table,
     cells_table,
     converts,
+    legs_table,
     weights_table,
 )
 from footcal_cli.tables.logfiles import digest
-from footcal_cli.tables.reading import ForeignColumn
+from footcal_cli.tables.rawcolumn import RawColumn
+from footcal_cli.tables.reading import ForeignColumn, Join, Reading
+from footcal_cli.tables.sources import _at_times
 from footcal_cli.tables.table import Table, read_table, refusal_of, write_parquet
 from footcal_cli.tables.units import SPELLINGS, conversion, parse_unit
 
@@ -257,3 +260,19 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "log.csv")
     with pytest.raises(UsageError, match="pipe"):
         digest(tmp_path / "log.csv")
+
+
+def test_a_stream_of_legs_needs_no_contacts(tmp_path: Path) -> None:
+    names = ["time_s", "leg", "phase_rad", "fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm"]
+    names += ["body_qx", "body_qy", "body_qz", "body_qw"]
+    path = written(tmp_path, f"{','.join(names)}\n0,fl,0,0,0,6,0,0,0,0,0,0,1\n")
+    assert refusal_of(path, legs_table(), {}) is None
+
+
+def test_rows_beyond_the_other_files_last_stamp_take_its_last_value_as_far_as_allowed() -> None:
+    raw = RawColumn("number", np.array([5.0, 6.0, 7.0]), np.zeros(3, dtype=bool))
+    for how in ("nearest", "previous"):
+        join = Join(Path("other.csv"), Reading({}), how=how, tolerance_s=0.5)
+        ours = np.array([0.0, 2.25, 9.0])
+        found = _at_times(ours, np.array([0.0, 1.0, 2.0]), raw, np.arange(3), join)
+        np.testing.assert_array_equal(found.values, [5.0, 7.0, np.nan])

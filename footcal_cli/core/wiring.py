@@ -72,7 +72,7 @@ def check_exchanged_walking(
     demanded_n
         Vertical force, shape (n,).
     """
-    from scipy.stats import t as student
+    from footcal_cli.core import chances
 
     count, arms = len(names), arms_m / float(np.abs(arms_m).mean())
     span = np.ptp(readings, axis=0)
@@ -88,7 +88,7 @@ def check_exchanged_walking(
         tried.append((float(np.sqrt(other.sum() / given.sum())), other, names[a], names[b]))
     ratio, best, first, second = min(tried, key=lambda one: one[0])
     gain = np.log(given / np.maximum(best, 1e-300))
-    chance = student.sf(gain.mean() / (gain.std(ddof=1) / np.sqrt(BLOCKS)), BLOCKS - 1)
+    chance = chances.t_sf(gain.mean() / (gain.std(ddof=1) / np.sqrt(BLOCKS)), BLOCKS - 1)
     if ratio > BETTER_WALKING or chance * len(tried) > WRONGLY:
         return []
     return [_exchanged_finding(first, second, ratio)]

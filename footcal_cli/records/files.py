@@ -16,7 +16,7 @@ from footcal_cli.tables.textfiles import read_text
 class Record(BaseModel):
     """Frozen, strict about keys, and free of NaN: an absent number is null."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 class Versioned(Record):

@@ -183,7 +183,7 @@ def footer_of(found: Comparison, papers: PaperMethods | None, delay_s: float) ->
         f"{found.taught[0]:,} of {found.taught[1]:,} updates changed the estimate.",
         f"Delay compensated {1e3 * delay_s:g} ms."
         + (
-            f" Window: {papers.rule.samples} samples every {papers.rule.every}, "
+            f" Window: {papers.rule.samples} samples every {papers.rule.every}, up to "
             f"{papers.rule.iterations} Gauss-Newton iterations (NAO CoP self-calibration, eq. 14)."
             if papers is not None and papers.windowed
             else " --compare runs the methods window and static as well."

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # imported where it is used: a refusal does not wait for it
 
 MOST_BYTES = 4 * 1024**3
 """Of a text log, unpacked."""
-_LONGEST_HEADER = 2**20
+LONGEST_HEADER = 2**20
 _ZEROS = 4
 _AS_CSV = "export it as CSV (UTF-8) or Parquet, or run `footcal init` on it"
 
@@ -118,13 +118,18 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
 
 def _with_plain_signs(content: bytes) -> bytes:
     """A text whose minus is that of mathematics, or stands behind its numbers, with plain ones."""
-    begun = content[:_LONGEST_HEADER].decode("utf-8", errors="replace")
-    if with_plain_numbers(begun) == begun:
+    if has_plain_signs(content[:LONGEST_HEADER]):
         return content
     try:
         return with_plain_numbers(content.decode("utf-8-sig")).encode()
     except UnicodeDecodeError:
         return content
+
+
+def has_plain_signs(start: bytes) -> bool:
+    """Whether the start of a text has its minus before its numbers, and exponents with E."""
+    begun = start.decode("utf-8", errors="replace")
+    return with_plain_numbers(begun) == begun
 
 
 def before_power_was_lost(content: bytes) -> bytes:
@@ -284,9 +289,9 @@ def _bytes(path: Path) -> bytes:
 
 
 def _csv_header(path: Path) -> list[str]:
-    start = before_power_was_lost(first_bytes(path, _LONGEST_HEADER))
+    start = before_power_was_lost(first_bytes(path, LONGEST_HEADER))
     end = start.find(b"\n")
-    if end < 0 and len(start) == _LONGEST_HEADER:
+    if end < 0 and len(start) == LONGEST_HEADER:
         raise DataError(
             "a first line of more than a megabyte", file=path, remedy="export it as CSV or Parquet"
         )

@@ -15,7 +15,8 @@ from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
 from footcal_cli.tables.cells import cell_of, held
 from footcal_cli.tables.columns import Column
-from footcal_cli.tables.logfiles import column_names, raw_columns
+from footcal_cli.tables.logfiles import column_names
+from footcal_cli.tables.longfiles import columns_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.registers import with_high_word
@@ -86,7 +87,7 @@ def source_columns(
         p.column for name, p in places.items() if name in texts or p.pattern or p.names
     } & own  # fmt: skip
     as_text |= conditions
-    raw = dict(raw_columns(path, here, as_text, reading.layout))
+    raw = dict(columns_of(path, here, as_text, reading.layout))
     rows = len(raw[here[0]].values)
     if rows == 0:
         raise DataError("no rows", file=path, remedy="record the log again")

@@ -45,6 +45,7 @@ from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
+from footcal_cli.tables.values import narrowed
 from footcal_cli.tables.world import TO_Z_UP, WorldUp, with_z_up
 
 if TYPE_CHECKING:
@@ -152,6 +153,7 @@ def read_table(
     read = _canonical(parts, table, path, digest(path), gravity_mps2, beside, reading.world_up)
     del parts
     if is_long(path):
+        read = replace(read, data=narrowed(read.data))
         give_back()
     data, added = add_cells(read.data, reading.plates)
     return replace(read, data=data, read_as=(*read.read_as, *added))

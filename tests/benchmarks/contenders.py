@@ -67,7 +67,7 @@ def _windows(log: Log, belief: Belief, c: ctypes.CDLL | None) -> Iterator[Conten
     rule = WindowRule()
     ends = np.arange(rule.every, len(log) + 1, rule.every)
     u = ends.size
-    group = "window, 5 Gauss-Newton iterations on the ratio"
+    group = "window, up to 5 Gauss-Newton iterations on the ratio"
     user = _UserWindow(log, belief, rule)
     few = user.ends(FEW)
     yield Contender(group, "SciPy least_squares, numeric", lambda: user.scipy(few, "2-point"), FEW)
@@ -209,7 +209,8 @@ class _UserWindow:
         c.window_exact(
             *map(pointer, (*p.plain(self.unit), first, stop)), whole(ends.size),
             real(self.to_force), real(self.to_cop), real(float(np.asarray(ONE.smooth))),
-            rule.iterations, real(rule.largest_step), real(MIN_FORCE_N), pointer(out),
+            rule.iterations, real(rule.largest_step), real(rule.smallest_step), real(MIN_FORCE_N),
+            pointer(out),
         )  # fmt: skip
         return np.asarray(out * self.unit)
 

@@ -5,6 +5,7 @@
 #define P 16
 #define K 11
 #define MAX_S 48
+#define ANEW 64
 
 static int cholesky(double *restrict a, int n, int stride, double *restrict log_det) {
   double total_log = 0.0;
@@ -21,7 +22,7 @@ static int cholesky(double *restrict a, int n, int stride, double *restrict log_
   return 0;
 }
 
-static void step(double *restrict normal, double *restrict pull, double *restrict theta, double bound) {
+static double step(double *restrict normal, double *restrict pull, double *restrict theta, double bound) {
   double unused;
   cholesky(normal, P, P, &unused);
   for (int i = 0; i < P; i++) {
@@ -32,7 +33,12 @@ static void step(double *restrict normal, double *restrict pull, double *restric
     for (int m = i + 1; m < P; m++) pull[i] -= normal[m * P + i] * pull[m];
     pull[i] /= normal[i * P + i];
   }
-  for (int i = 0; i < P; i++) theta[i] -= fmin(fmax(pull[i], -bound), bound);
+  double largest = 0.0;
+  for (int i = 0; i < P; i++) {
+    theta[i] -= fmin(fmax(pull[i], -bound), bound);
+    largest = fmax(largest, fabs(pull[i]));
+  }
+  return largest;
 }
 
 static void features(const double *restrict believed, const double *restrict unit, double *restrict f) {
@@ -41,13 +47,21 @@ static void features(const double *restrict believed, const double *restrict uni
 
 void window_exact(const double *believed, const double *pos, const double *fz, const double *cop,
                   const double *unit, const long *first, const long *stop, long updates,
-                  double fw, double cw, double sw, int iterations, double bound, double least,
+                  double fw, double cw, double sw, int iterations, double bound, double enough, double least,
                   double *out) {
   double theta[P] = {0}, previous[P], ff[P * P], normal[P * P], pull[P], f[P], sx[P], sy[P];
   for (long j = 0; j < updates; j++) {
     memcpy(previous, theta, sizeof theta);
-    memset(ff, 0, sizeof ff);
-    for (long n = first[j]; n < stop[j]; n++) {
+    long known = first[j];
+    if (j % ANEW == 0) memset(ff, 0, sizeof ff);
+    else {
+      known = stop[j - 1] > first[j] ? stop[j - 1] : first[j];
+      for (long n = first[j - 1]; n < (first[j] < stop[j - 1] ? first[j] : stop[j - 1]); n++) {
+        features(believed + n * C, unit, f);
+        for (int i = 0; i < P; i++) for (int k = 0; k <= i; k++) ff[i * P + k] -= f[i] * f[k];
+      }
+    }
+    for (long n = known; n < stop[j]; n++) {
       features(believed + n * C, unit, f);
       for (int i = 0; i < P; i++) for (int k = 0; k <= i; k++) ff[i * P + k] += f[i] * f[k];
     }
@@ -80,7 +94,7 @@ void window_exact(const double *believed, const double *pos, const double *fz, c
           for (int k = 0; k <= i; k++) normal[i * P + k] += wx * sx[k] + wy * sy[k];
         }
       }
-      step(normal, pull, theta, bound);
+      if (step(normal, pull, theta, bound) < enough) break;
     }
     memcpy(out + j * P, theta, sizeof theta);
   }

@@ -29,7 +29,7 @@ def theta(answer: object) -> np.ndarray:
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
-@pytest.mark.parametrize("start", ["window, 5", "window, sliding sums, 64"])
+@pytest.mark.parametrize("start", ["window, up to 5", "window, sliding sums, 64"])
 def test_windows_in_c_solve_what_the_package_solves(
     groups: dict[str, dict[str, Callable[[], object]]], start: str
 ) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -11,10 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import Parameter
 from footcal_cli.errors import DataError
-from footcal_cli.intake.cases.pose import _at
+from footcal_cli.intake.cases.pose import _at, _model
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
-from footcal_cli.records.results import ParametersRecord
+from footcal_cli.records.results import EffectRecord, ParametersRecord
 from tests.conftest import Run
 
 DOWN = {
@@ -192,3 +194,16 @@ def test_an_offset_that_jumps_in_one_hanging_is_no_drift(run: Run, tmp_path: Pat
     record = read_record(DiagnosisRecord, out / "diagnosis.json")
     assert record.verdict not in ("none", "underpowered")
     assert {cause.effect for cause in record.causes} <= {"offset_change"}
+
+
+def test_a_diagnosis_of_poses_calibrates_what_pose_calib_fits_and_no_effect_beside() -> None:
+    channels = tuple(
+        f"{leg}.{axis}" for leg in ("fl", "fr") for axis in ("fx", "fy", "fz", "tx", "ty", "tz")
+    )
+    drift = EffectRecord(effect="offset_drift", owners={leg: (leg,) for leg in ("fl", "fr")})
+    known = SimpleNamespace(effects=(drift,), command="pose-calib", values={})
+    session = SimpleNamespace(parameters=known, request=SimpleNamespace(parameters=None))
+    chain, _, free = _model(cast(Any, session), channels)
+    assert any(item.effect.name == "offset_drift" for item in chain.links)
+    stems = {parameter.name.split(".")[1].rpartition("_")[0] for parameter in free}
+    assert stems == {"offset", "mount_rot", "mount_pos"}

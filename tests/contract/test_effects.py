@@ -310,3 +310,12 @@ def test_the_page_of_effects_is_that_of_the_table(repository: Path) -> None:
         assert f"### {effect.name}\n\n{effect.formula}\n" in page, "run make effects-page"
         assert effect.remedy in page
         assert (repository / f"docs/figures/effects/{effect.name}.png").is_file()
+
+
+def test_a_loss_of_angular_momentum_leaves_the_rest_of_it() -> None:
+    """``L̇_shown = (1 − s) L̇``."""
+    effect, log = find_effect("angular_momentum"), cell_log()
+    shown, _ = effect.apply(log, {"angmom_loss": np.array([0.3])}, None)
+    np.testing.assert_allclose(
+        shown.known["angmom_rate_nm"], 0.7 * log.known["angmom_rate_nm"], rtol=1e-12
+    )

@@ -42,6 +42,7 @@ from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scatter import Scatter
 from footcal_cli.core.inference.whitening import Noise
+from footcal_cli.plots.diagnosis.residuals import plot_driver
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.rivals import next_best
 from tests.core.test_diagnosis_bridge import ROBOT, weights_case, with_rivals
@@ -216,6 +217,15 @@ def test_a_bent_curve_is_named_without_its_look_alikes(found_bent: Investigation
     told = next_best(found)
     assert told is not None
     assert told.startswith(f"The next best cause, {nearest.replace('_', ' ')}, ")
+
+
+def test_the_fitted_effect_is_drawn_through_the_means_that_it_explains(
+    found_bent: Investigation,
+) -> None:
+    lines = {line.get_label(): line for line in plot_driver(found_bent).axes[0].lines}
+    mean = next(line for label, line in lines.items() if str(label).startswith("mean"))
+    off = np.asarray(lines["fitted effect"].get_ydata()) - np.asarray(mean.get_ydata())
+    assert np.abs(off).max() < 0.2 * np.ptp(np.asarray(mean.get_ydata()))
 
 
 def test_the_excess_of_an_error_and_its_interval() -> None:

@@ -151,3 +151,8 @@ def test_a_recorded_load_of_zero_is_no_dropout() -> None:
     settled = found.state == SampleState.SETTLED
     assert settled[load == 0.0].mean() > 0.9
     assert set(load[settled]) == {0.0, 10.0, 20.0, 40.0}
+
+
+def test_a_change_counts_from_a_millionth_of_the_range_on() -> None:
+    load = np.array([0.0, 0.9e-6, 0.0, 1.2e-6, 1.0])
+    np.testing.assert_array_equal(find_direction(load), [0, 0, 0, 1, 1])

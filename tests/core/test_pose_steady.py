@@ -16,6 +16,7 @@ from footcal_cli.core.pose.steady import (
     steady_stretches,
     why_no_pose,
 )
+from footcal_cli.intake.legs import steady_frames
 from tests.core.six_axis_data import Array
 
 RATE_HZ = 100.0
@@ -87,3 +88,10 @@ def test_noisy_sensors_need_a_longer_window() -> None:
         for rule in (SteadyRule(window_s=0.2), SteadyRule(window_s=1.2))
     ]
     assert kept == [0, 2]
+
+
+def test_streams_without_a_pose_give_none() -> None:
+    frames, rejected, notes = steady_frames([], ("fl", "fr"), (1.0, 1.5, 0.5))
+    assert frames.keys.size == 0
+    assert not rejected
+    assert not notes

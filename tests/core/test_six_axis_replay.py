@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from footcal_cli.core.contact import flicker, judge
 from footcal_cli.core.log import Log
+from footcal_cli.core.online import six_axis_replay
+from footcal_cli.core.online.filter import Noise
 from footcal_cli.core.online.six_axis_replay import GUARDS, SixAxisReplay, replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
@@ -165,3 +169,19 @@ def test_a_walk_s_calibration_does_not_depend_on_the_heading() -> None:
     first, second = (one.replayed(scales=True).estimates for one in (made, elsewhere))
     assert first.names == second.names
     assert np.all(np.abs(second.values - first.values) < 1e-4 * first.sd)
+
+
+def test_innovations_four_times_as_large_as_they_may_be_double_the_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ratios = iter([4.0, 1.0])
+    monkeypatch.setattr(six_axis_replay, "run_filter", lambda _rows, noise, _guards: noise)
+    monkeypatch.setattr(
+        six_axis_replay, "check_consistency",
+        lambda _track: SimpleNamespace(ratio=next(ratios), high=1.2),
+    )  # fmt: skip
+    noise = Noise()
+    larger, _, factor = six_axis_replay._consistent(cast(Any, None), noise, GUARDS)
+    assert factor == 4.0
+    for name in six_axis_replay._ROW_NOISE:
+        np.testing.assert_allclose(getattr(larger, name), 2.0 * getattr(noise, name))

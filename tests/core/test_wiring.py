@@ -7,7 +7,7 @@ import pytest
 
 from footcal_cli.core.checks.units import check_units_of_channels, check_units_of_sessions
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.wiring import check_exchanged_cells
+from footcal_cli.core.wiring import _twins, check_exchanged_cells
 
 NAMES = ("left_fl", "left_fr", "left_rl", "left_rr")
 CELL_M = np.array([[0.07, 0.03], [0.07, -0.03], [-0.05, 0.03], [-0.05, -0.03]])
@@ -108,3 +108,14 @@ def test_a_stronger_cell_beside_weaker_ones_is_no_unit() -> None:
     written = np.where(strong, load * 10.0, load)
     counts = 8.3e6 + load / 3.4e-5 * np.where(strong, 10.0 / 9.80665, 1.0)
     assert not check_units_of_channels(cell, written, counts, NAMES)
+
+
+def test_a_cell_that_turns_another_over_is_no_copy_of_it() -> None:
+    rng = np.random.default_rng(3)
+    moved = rng.normal(size=(40, 3))
+    moved /= np.linalg.norm(moved, axis=0)
+    moved[:, 1] = -moved[:, 0]
+    assert _twins([moved], NAMES[:3]) == []
+    moved[:, 1] = moved[:, 0]
+    (finding,) = _twins([moved], NAMES[:3])
+    assert finding.where == f"{NAMES[0]}, {NAMES[1]}"

@@ -217,9 +217,10 @@ def sensitivity(walks: Sequence[Walk]) -> str:
         table(("m/s", "weight", "RMSE", "× 0.2", "× 0.5", "× 1", "× 2", "× 5"), rows)
         + "\n\nExact body model, first walk of each speed, against the offline calibration; "
         "`online-replay --compare` writes the same for any walk (`sensitivity.parquet`). The paper "
-        "prints no numbers, only that results vary smoothly.\n\nTime per update (five Gauss-Newton "
-        f"iterations on 0.5 s): printed {printed.MS_PER_UPDATE} ms; {shown(plain, 2)} ms in NumPy, "
-        f"{shown(compiled, 2)} ms compiled (CPU time, one core of a small server)."
+        "prints no numbers, only that results vary smoothly.\n\nTime per update (up to five "
+        f"Gauss-Newton iterations on 0.5 s): printed {printed.MS_PER_UPDATE} ms; "
+        f"{shown(plain, 2)} ms in NumPy, {shown(compiled, 2)} ms compiled (CPU time, one core of "
+        "a small server)."
     )
 
 

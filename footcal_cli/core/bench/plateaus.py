@@ -226,6 +226,8 @@ def find_direction(
 ) -> IntArray:
     """Whether a load was reached from below (+1) or above (−1); 0 before the first change.
 
+    What is less than a millionth of the range of the loads is no change.
+
     Parameters
     ----------
     load_n

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.linalg import norm
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.curves import explained_p
 from footcal_cli.core.diagnosis.form import Form
@@ -179,7 +179,7 @@ def largest(bare: Problem, column: FloatArray, noise: Noise | None = None) -> fl
     if seen.inside[0]:
         return float(np.inf)
     sd = 1.0 / float(np.sqrt(seen.information.sum()))
-    return abs(float(seen.size[0])) + float(stats.norm.isf(0.025)) * sd
+    return abs(float(seen.size[0])) + float(chances.norm_isf(0.025)) * sd
 
 
 def bend_left(last: Diagnosis, causes: Sequence[Cause], model: Refit | None) -> bool:

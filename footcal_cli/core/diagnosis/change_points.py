@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained_each
 from footcal_cli.core.diagnosis.jumps import is_one_stream
@@ -63,7 +63,7 @@ def at_its_change_point(
     taken = _explained(left, subject.columns(ideal, tried))
     best = int(np.argmax(taken))
     # of so many moments one explains that much more of noise alone
-    if taken[best] - taken[0] <= float(stats.chi2.isf(_RARE / times.size, 1)):
+    if taken[best] - taken[0] <= float(chances.chi2_isf(_RARE / times.size, 1)):
         return signature
     return tried[best]
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.features import Features
 from footcal_cli.core.inference.grams import Grams
 from footcal_cli.core.inference.scores import coefficients
@@ -102,7 +102,7 @@ def explained_p(grams: Grams, base: IntArray, columns: IntArray, rows: int) -> f
 def _f_p(taken: float, k: int, error: float, freedom: int) -> float:
     """The p that k of so many free directions take so much of the squared error by chance."""
     scatter = (error - taken) / (freedom - k)
-    return float(stats.f.sf(taken / k / scatter, k, freedom - k))
+    return float(chances.f_sf(taken / k / scatter, k, freedom - k))
 
 
 def _left(grams: Grams, base: IntArray, columns: IntArray) -> tuple[FloatArray, FloatArray, int]:

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -57,15 +57,15 @@ class Departure:
         if freedom < 1:
             return 1.0
         spared = (self.before - self.after) / max(self.after / freedom, 1.0)
-        one = float(stats.f.sf(spared / self.causes, self.causes, freedom))
+        one = float(chances.f_sf(spared / self.causes, self.causes, freedom))
         best = 1.0 if one == 1.0 else float(-np.expm1(self.among * np.log1p(-one)))
-        whole = float(stats.f.sf(spared / self.directions, self.directions, freedom))
+        whole = float(chances.f_sf(spared / self.directions, self.directions, freedom))
         return min(best, max(whole, one))
 
     @property
     def far(self) -> bool:
         """Whether the calibration must still be off by more than its sd allows, χ², 1 %."""
-        return bool(stats.chi2.sf(self.after, max(self.directions, 1)) < _FAR)
+        return bool(chances.chi2_sf(self.after, max(self.directions, 1)) < _FAR)
 
 
 def departure_of(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Diagnosis, EffectRow, EffectStatus
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
@@ -131,7 +131,7 @@ def _matters(size: Interval, smallest: float) -> bool:
 
 
 def _student(blocks: int) -> float:
-    return float(stats.t.ppf(0.975, max(blocks - 1, 1)))
+    return float(chances.t_ppf(0.975, max(blocks - 1, 1)))
 
 
 def _critical(evidence: Evidence, rules: Rules) -> float:
@@ -150,7 +150,7 @@ def _detectable(se: float, blocks: int, critical: float, rules: Rules) -> float:
     if not np.isfinite(se) or critical**2 >= blocks:
         return np.inf
     needed = critical / np.sqrt(1.0 - critical**2 / blocks)
-    return float(_FLIPPED_TOO * se * (needed + stats.norm.ppf(rules.power)))
+    return float(_FLIPPED_TOO * se * (needed + chances.norm_ppf(rules.power)))
 
 
 def _status(

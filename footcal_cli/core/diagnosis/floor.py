@@ -8,8 +8,8 @@ with the noise of single rows and with how far that calibration may be off.
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.case import Case, Rows
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
@@ -19,7 +19,7 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 _RCOND = 1e-12
 MOST = 5.0
 """So many times the floor is no residual of nothing."""
-_MOST_ROWS, _NORMAL = 0.9, float(stats.norm.isf(0.05))
+_MOST_ROWS, _NORMAL = 0.9, float(chances.norm_isf(0.05))
 """Share of differences that spells leave alone, and what they are of a normal variable's sd: not
 the half, in which coarse readings stand still."""
 _MOST_OF_LEVELS = 3.0
@@ -102,7 +102,7 @@ def _times_of_stances(problem: Problem) -> float:
         free = count[several] - 1
         own = np.bincount(problem.block[mine], apart**2, problem.blocks)[several] / free
         # of most stances: something may happen within one
-        within = float(np.median(own / (stats.chi2.median(free) / free)))
+        within = float(np.median(own / (chances.chi2_ppf(0.5, free) / free)))
         unit = float(np.mean(problem.noise[mine]))
         floor = within / np.maximum(count, 1) + (problem.tolerance[o] / unit) ** 2
         shown = count > 0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.comparison import decided
 from footcal_cli.core.diagnosis.engine import diagnose
@@ -173,4 +173,4 @@ def _together_something(effect: Effect, fitted: Refit) -> bool:
     spread = apart.T @ apart * (blocks - 1) / blocks
     squared = float(off @ scaled_inverse(spread, _RCOND) @ off)
     f = (blocks - count) * squared / (count * (blocks - 1))
-    return bool(stats.f.sf(f, count, blocks - count) < _NOTHING)
+    return bool(chances.f_sf(f, count, blocks - count) < _NOTHING)

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy import stats
 from scipy.special import logsumexp
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Found
 from footcal_cli.core.diagnosis.joint_likelihood import (
@@ -275,7 +275,7 @@ class Hypotheses:
         b = size_grid(
             list(seen.values()), size.prior_sd, size.lower - size.neutral, size.upper - size.neutral
         )
-        start = stats.cauchy.logpdf(b, scale=size.prior_sd) + log_likelihood(b, seen[first])
+        start = chances.cauchy_logpdf(b, scale=size.prior_sd) + log_likelihood(b, seen[first])
         others = np.zeros_like(b)
         for e, one in seen.items():
             if e != first:

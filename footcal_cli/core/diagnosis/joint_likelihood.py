@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 from scipy.special import logsumexp
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.joint_sizes import SizeSeen
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
@@ -67,7 +67,7 @@ def together(seen: Sequence[SizeSeen]) -> tuple[Interval, float]:
     chi2 = float(weights @ (size - common) ** 2)
     wider = np.sqrt(max(chi2 / max(len(seen) - 1, 1), 1.0))
     freedom = float(sum(s.freedom for s in seen))
-    half = float(stats.t.ppf(0.975, freedom) * wider / np.sqrt(weights.sum()))
+    half = float(chances.t_ppf(0.975, freedom) * wider / np.sqrt(weights.sum()))
     return Interval(common, common - half, common + half), chi2
 
 
@@ -82,4 +82,4 @@ def agreement(groups: Sequence[Sequence[SizeSeen]]) -> float | None:
         wide = [SizeSeen(s.size, float(np.hypot(s.sd, largest * common)), s.freedom) for s in seen]
         chi2 += together(wide)[1]
         freedom += len(seen) - 1
-    return float(stats.chi2.sf(chi2, freedom)) if freedom else None
+    return float(chances.chi2_sf(chi2, freedom)) if freedom else None

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -142,7 +142,7 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     later = 1.0 - (at + 1) / blocks
     moved = abs(float(most)) * float(of_row[output]) * noise * np.sqrt(later * (1.0 - later))
     return Jump(
-        p=min(1.0, taken.size * float(stats.f.sf(taken[best] / (squares / free), 1, free))),
+        p=min(1.0, taken.size * float(chances.f_sf(taken[best] / (squares / free), 1, free))),
         after_s=float(before.min()),  # under which of the two loads, or in between
         before_s=float(after.max()),
         usual=usual * float(of_row[output]) * noise,
@@ -215,7 +215,7 @@ def largest_jump(problem: Problem, residual: FloatArray) -> Jump:
             common = np.append(np.full(own.size - 1, cells), means)
             size = np.abs(step) / np.maximum(np.maximum(own, common), 1e-12)
             at, channel = (int(i) for i in np.unravel_index(np.argmax(size), size.shape))
-            p = 2.0 * float(stats.t.sf(size.max(), _MEDIAN_EFFICIENCY * known))
+            p = 2.0 * float(chances.t_sf(size.max(), _MEDIAN_EFFICIENCY * known))
             if p < found.p:
                 last, first = (float(t) for t in swing.time_s[at + count - 1 : at + count + 1])
                 usual_of_it = float(swing.usual[channel])
@@ -229,7 +229,7 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
     size = np.abs(differences)
     usual = _NORMAL * float(np.median(size))
     if usual < _STEP * rounded:
-        usual = max(usual, float(np.quantile(size, _OFTEN) / stats.norm.ppf(0.5 + 0.5 * _OFTEN)))
+        usual = max(usual, float(np.quantile(size, _OFTEN) / chances.norm_ppf(0.5 + 0.5 * _OFTEN)))
     return max(usual, rounded)
 
 

@@ -45,8 +45,8 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.comparison import OF_ANY_ORDER
 from footcal_cli.core.diagnosis.plans import PLANS, Plan
 from footcal_cli.core.diagnosis.rehearsal import Comparison, Contender, Rehearsal, rehearsed
@@ -226,7 +226,7 @@ def repeats_for(separation: float, blocks: int = _FEWEST_BLOCKS) -> int:
     """Runs whose pooled separation is found in 80 % at α = 1 %, and ten blocks together."""
     if separation <= 0:
         return 10**6
-    needed = float(stats.norm.ppf(1 - 0.01 / 2) + stats.norm.ppf(0.8))
+    needed = float(chances.norm_ppf(1 - 0.01 / 2) + chances.norm_ppf(0.8))
     fewest = int(np.ceil(_FEWEST_BLOCKS / blocks))
     return max(int(np.ceil((needed / separation) ** 2)), fewest)
 

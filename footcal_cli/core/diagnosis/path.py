@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.change_points import best_between
 from footcal_cli.core.diagnosis.comparison import decided_again
@@ -184,7 +184,7 @@ def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tu
     sd = np.sqrt(np.diag(scaled_inverse(total, _RCOND))[grams.calibration.size :]) / scale
     units = {p.name: p.unit for p in subject.table[cause.signature.effect].parameters}
     alike = [units[name.rsplit(".", 1)[1]] == jump.unit for name in model.names]
-    half = stats.norm.isf(0.025) * sd * max([1.0, *(jump.usual / sd[alike])])
+    half = chances.norm_isf(0.025) * sd * max([1.0, *(jump.usual / sd[alike])])
     values = [model.values[name] for name in model.names]
     return tuple(Interval(v, v - h, v + h) for v, h in zip(values, half.tolist(), strict=True))
 

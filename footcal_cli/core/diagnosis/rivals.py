@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.curves import explained
 from footcal_cli.core.diagnosis.rules import Rules
@@ -145,7 +145,7 @@ def odds_of(best: FloatArray, other: FloatArray, noise: Noise, form: float = 0.0
         return 1.0
     t = float(lost.mean()) / spread * np.sqrt(lost.size)
     freedom = lost.size - 1
-    by_sign = float(stats.t.logcdf(-t, freedom) - stats.t.logcdf(t, freedom))
+    by_sign = float(chances.t_logcdf(-t, freedom) - chances.t_logcdf(t, freedom))
     total = float(lost.sum())
     by_form = float(np.log(_OUT)) * total / form if form > 0.0 else -np.inf
     surest = min(by_sign, -0.5 * total / _scale(best, noise), by_form, key=abs)

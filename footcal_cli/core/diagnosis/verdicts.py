@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bends import against_bends, bend_left, bends_of, bent_axes
 from footcal_cli.core.diagnosis.change_points import has_change_point
@@ -104,7 +104,7 @@ def _outdone(subject: Subject, path: Path, rules: Rules) -> bool:
     steps = has_change_point(subject.table[path.causes[0].signature.effect])  # it is a step itself
     best = min([*least[1:], *([] if steps else [step_beside(problem, problem.fitted).left])])
     more = problem.blocks * np.log(least[0] / best)
-    return bool(more > stats.chi2.isf(rules.alpha_small / (len(others) + problem.blocks), 1))
+    return bool(more > chances.chi2_isf(rules.alpha_small / (len(others) + problem.blocks), 1))
 
 
 def _form(current: Problem, model: Refit | None, causes: Sequence[Cause], seed: int) -> Form | None:

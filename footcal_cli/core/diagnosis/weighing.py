@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.detection import block_calibrations
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
@@ -246,7 +246,7 @@ def alike_as(grams: Grams, base: IntArray, columns: IntArray, level: float) -> f
     largest = np.concatenate(
         [np.abs(part @ root.T).max(axis=1) for part in np.array_split(draws, _PARTS)]
     )
-    beyond = float(2.0 * stats.norm.sf(np.quantile(largest, 1.0 - level)))
+    beyond = float(2.0 * chances.norm_sf(np.quantile(largest, 1.0 - level)))
     return float(np.clip(level / max(beyond, 1e-300), 1.0, columns.size))
 
 
@@ -273,7 +273,7 @@ def single_rows_p(problem: Problem, found: Scores, fitted: int) -> FloatArray:
     by_blocks = local_max_t(found.score, found.information)[0] * np.sqrt(freedom / rows)
     total = np.maximum(found.information.sum(axis=0), 1e-300)
     by_rows = np.abs(found.score.sum(axis=0)) / np.sqrt(total)
-    return np.asarray(2.0 * stats.t.sf(np.minimum(by_blocks, by_rows), freedom))
+    return np.asarray(2.0 * chances.t_sf(np.minimum(by_blocks, by_rows), freedom))
 
 
 def between_blocks(
@@ -331,7 +331,7 @@ def of_one_form_p(
         df = int(freedom[alike].sum())
         scatter = max(float(left[alike].sum()) / df, left[k] / freedom[k])
         t = size[k] * np.sqrt(total[k] / max(scatter, 1e-300))
-        p[k] = 2.0 * float(stats.t.sf(abs(t), df))
+        p[k] = 2.0 * float(chances.t_sf(abs(t), df))
     return p
 
 

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.hang.runs import HangRun
 
 _FEWEST = 8
@@ -56,6 +56,6 @@ def unequal_gains(runs: Sequence[HangRun]) -> UnequalGains | None:
     many = 3.0 * len(runs) - 12.0
     gains = np.linalg.svd(free, compute_uv=False)
     spread = float(np.ptp(gains) / gains.mean())
-    sure = stats.f.sf((bound - rest) / _MORE / max(rest / many, 1e-300), _MORE, many) < _SURE
+    sure = chances.f_sf((bound - rest) / _MORE / max(rest / many, 1e-300), _MORE, many) < _SURE
     moved = float(np.abs(way.mean(axis=0) @ (free - turned)).max())
     return UnequalGains(spread, moved) if sure and spread > _MATTERS else None

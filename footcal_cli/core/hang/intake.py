@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.hang.runs import LEVEL
@@ -57,6 +56,8 @@ def _stretch(time_s: FloatArray, phase_rad: FloatArray) -> tuple[FloatArray, Flo
     turns = abs(phase[-1] - phase[0]) / (2.0 * np.pi)
     if turns < _TURNS:
         return np.zeros(time_s.size), np.zeros(time_s.size)
+    from scipy.signal import savgol_filter
+
     even = np.linspace(time_s[0], time_s[-1], time_s.size)
     period = even[1] - even[0]
     span = int(_TURN_SHARE * time_s.size / turns) // 2 * 2 + 1

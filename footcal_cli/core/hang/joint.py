@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.hang.effect import HangResidual
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
 from footcal_cli.core.hang.runs import HangRun, hang_runs
@@ -326,7 +326,7 @@ def _with_levels(
         fit = fit_reduced(reduced.with_levels(sd), model, weight_n, fit.estimates.values)
         sd, _ = levels(sd)
     # an sd from few levels: as wide as Student's intervals
-    wide = np.asarray(sd * stats.t.ppf(0.975, np.maximum(freedom, 1.0)) / stats.norm.ppf(0.975))
+    wide = np.asarray(sd * chances.t_ppf(0.975, np.maximum(freedom, 1.0)) / chances.norm_ppf(0.975))
     return fit_reduced(reduced.with_levels(wide), model, weight_n, fit.estimates.values), wide
 
 

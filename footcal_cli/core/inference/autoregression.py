@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.signal import lfilter
+from scipy.linalg import qr
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray
 
 MAX_LAGS = 30
@@ -27,7 +28,7 @@ _SEEN = 0.5
 """Share of a frequency's power that the regressors may take; of others they tell too little."""
 _FEWEST = 12
 """Frequencies that must be left to judge by."""
-_SURE = float(stats.chi2.isf(0.001, 3))
+_SURE = float(chances.chi2_isf(0.001, 3))
 _UNEVEN = 1.22
 """Of Bartlett's cumulative periodogram: its largest distance from even, times √n, at 10 %."""
 _LEAST = 1e-6
@@ -78,8 +79,11 @@ class ChannelNoise:
 
     def spectrum(self, angle: FloatArray) -> FloatArray:
         """``σ² / |1 − Σ_j a_j e^{−ijω}|²`` without the slow part, at angles (k,) per row."""
-        turned = np.exp(-1j * np.outer(angle, np.arange(1, self.ar.size + 1)))
-        return np.asarray(self.innovation_sd**2 / np.abs(1.0 - turned @ self.ar) ** 2)
+        turned, left = np.exp(-1j * angle), np.zeros(angle.shape, dtype=complex)
+        for weight in self.ar[::-1]:
+            left = (left + weight) * turned
+        left = 1.0 - left
+        return np.asarray(self.innovation_sd**2 / (left.real**2 + left.imag**2))
 
     @property
     def is_white(self) -> bool:
@@ -95,6 +99,8 @@ def _without_slow(columns: FloatArray, variance: float, memory: float) -> FloatA
     """
     if not variance:
         return columns
+    from scipy.signal import lfilter
+
     out, at = np.empty_like(columns), np.zeros(columns.shape[1])
     spread, start = variance, len(columns)
     for t, row in enumerate(columns):
@@ -142,11 +148,12 @@ def fit_noise(
     first = [_levinson(gamma, total) for gamma in white.T]
     coloured = any(ar.size for ar, _ in first)
     shares = [_RegressorShare.of(z, lags) for z in regressors] if coloured else []
+    whole = _joined(shares)
     channels = []
     for raw, gamma, (ar, variance) in zip(products.T, white.T, first, strict=True):
         for _ in range(_ROUNDS if ar.size else 0):
             noise = ChannelNoise(ar, float(np.sqrt(variance)), 0.0)
-            gamma = raw + sum(share.taken(noise.spectrum(share.angle)) for share in shares)
+            gamma = raw + sum(share.taken(noise.spectrum(share.angle)) for share in whole)
             gamma = gamma / count
             ar, variance = _levinson(gamma, total)
         channels.append(ChannelNoise(ar, float(np.sqrt(variance)), float(np.sqrt(gamma[0]))))
@@ -179,7 +186,7 @@ def _with_slow_parts(
         [np.abs(rfft(r, axis=0)[k]) ** 2 / len(r) for k, r in zip(low, residuals, strict=True)]
     )
     power, angle = power[shown] / (1.0 - taken[shown])[:, None], angle[shown]
-    longest, lag = max(len(r) for r in residuals), np.arange(len(count))
+    longest, lag, whole = max(len(r) for r in residuals), np.arange(len(count)), _joined(shares)
     found = []
     for channel, own, raw in zip(channels, power.T, products.T, strict=True):
         level, variance, memory = _slow_part(own, angle, channel.spectrum(angle), longest)
@@ -188,11 +195,10 @@ def _with_slow_parts(
             continue
         fast = ChannelNoise(np.empty(0), float(np.sqrt(level)), 0.0)
         for _ in range(_ROUNDS):
-            spectra = [
-                fast.spectrum(share.angle) + variance * _form(share.angle, memory)
-                for share in shares
-            ]
-            put_back = sum(share.taken(seen) for share, seen in zip(shares, spectra, strict=True))
+            put_back = sum(
+                share.taken(fast.spectrum(share.angle) + variance * _form(share.angle, memory))
+                for share in whole
+            )
             gamma = (raw + put_back) / count
             ar, left = _levinson(gamma - variance * memory**lag, int(count[0]))
             fast = ChannelNoise(ar, float(np.sqrt(max(left, 0.0))), float(np.sqrt(gamma[0])))
@@ -288,7 +294,7 @@ def _levinson(gamma: FloatArray, samples: int) -> tuple[FloatArray, float]:
 
 @dataclass(frozen=True)
 class _RegressorShare:
-    """What a fit takes out of one record.
+    """What a fit takes out of one record, or out of several equally long ones.
 
     Parameters
     ----------
@@ -306,10 +312,14 @@ class _RegressorShare:
 
     @classmethod
     def of(cls, regressors: FloatArray, lags: int) -> _RegressorShare:
-        basis, rows = np.linalg.qr(regressors)[0], regressors.shape[0]
-        spectrum = np.abs(np.fft.rfft(basis, axis=0)) ** 2
-        spectrum[1 : (rows + 1) // 2] *= 2.0
-        return cls(rows, spectrum, _lag_products([basis], lags))
+        basis, rows = qr(regressors, mode="economic", check_finite=False)[0].T, len(regressors)
+        seen = rfft(basis)
+        spectrum = seen.real**2 + seen.imag**2
+        products = irfft(spectrum, rows)[:, : lags + 1].T.copy()
+        for lag in range(1, lags + 1):  # the record's ends do not meet
+            products[lag] -= np.sum(basis[:, :lag] * basis[:, rows - lag :], axis=1)
+        spectrum[:, 1 : (rows + 1) // 2] *= 2.0
+        return cls(rows, spectrum.T, products)
 
     @property
     def angle(self) -> FloatArray:
@@ -319,3 +329,16 @@ class _RegressorShare:
     def taken(self, spectrum: FloatArray) -> FloatArray:
         """``Σ_a S_a c_a(k)`` of noise with a spectrum (n/2 + 1,), shape (lags + 1,)."""
         return np.asarray(self.products @ (spectrum @ self.spectrum / self.rows))
+
+
+def _joined(shares: Sequence[_RegressorShare]) -> list[_RegressorShare]:
+    """The same shares, those of equally long records as one: they see noise alike."""
+    groups: dict[int, list[_RegressorShare]] = {}
+    for share in shares:
+        groups.setdefault(share.rows, []).append(share)
+    return [
+        _RegressorShare(
+            rows, np.hstack([s.spectrum for s in group]), np.hstack([s.products for s in group])
+        )
+        for rows, group in groups.items()
+    ]

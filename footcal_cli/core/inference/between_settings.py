@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.linear import inverse_beside
 from footcal_cli.core.inference.settings import RCOND, STEPS, STOP
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -122,7 +123,7 @@ def _upper(information: FloatArray, score: FloatArray) -> float:
         share = v * known / (1.0 + v * known)
         found = v * float(np.sum((along / (1.0 + v * known)) ** 2))
         one, two = float(share.sum()), float(np.sum(share**2))
-        return found - two / one * float(stats.chi2.ppf(_UPPER, one**2 / two))
+        return found - two / one * float(chances.chi2_ppf(_UPPER, one**2 / two))
 
     low, high = np.log(_LEAST), np.log(_MOST)
     if more(low) <= 0.0:

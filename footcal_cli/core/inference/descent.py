@@ -18,7 +18,8 @@ from footcal_cli.core.parameters import FloatArray
 _DECREMENT = 1e-10
 """Of the cost: what the last step may promise. It goes a hundred-thousandth of a sd, and what then
 remains is a small part of that."""
-_ROUNDING = 1e-12  # of a cost, which a sum of squares loses
+_ROUNDING = 1e-12
+"""Of a cost, which a sum of squares loses: what a step promises below that is not seen."""
 _FIRST_DAMPING = 1e-9
 _LEAST_RETRY = 1e-4
 _EASE = 0.01
@@ -101,6 +102,9 @@ def descend(
             point, state, damping = candidate, tried, _EASE * damping
             if promised < _DECREMENT:
                 return Descent(point, state, steps, True)
+        # shorter steps would show nothing either: the gradient is more exact than the cost
+        elif damping < _LEAST_RETRY and promised < max(_DECREMENT, _ROUNDING * abs(state.cost)):
+            return Descent(candidate, tried, steps, True)
         else:
             damping = max(10.0 * damping, _LEAST_RETRY)
             if damping > _GIVE_UP:

@@ -6,8 +6,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.fit import fit_map
 from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import Estimates, Parameter, ParameterSet
@@ -96,5 +97,5 @@ def with_earlier(
             replace(group, values=found.values[own], covariance=found.covariance[own, own])
         )
         first = own.stop
-    p = float(stats.chi2.sf(distance, len(shared)))
+    p = float(chances.chi2_sf(distance, len(shared)))
     return Together(tuple(parts), tuple(names[i] for i in shared), p)

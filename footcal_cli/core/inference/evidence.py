@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 EXACT_UP_TO = 13
@@ -147,7 +148,7 @@ def local_max_t(
     scatter = np.sum((scores - size * information) ** 2 / free, axis=0) / total
     noise = np.sqrt(np.sum(repeats * scatter) / freedom)
     t = np.abs(size) * np.sqrt(total) / max(float(noise), 1e-300)
-    return t, np.minimum((many or size.size) * 2.0 * stats.t.sf(t, freedom), 1.0)
+    return t, np.minimum((many or size.size) * 2.0 * chances.t_sf(t, freedom), 1.0)
 
 
 def sign_flip_mean(values: FloatArray, signs: FloatArray) -> float:
@@ -287,7 +288,7 @@ def jackknife_interval(
         return Interval(value, -np.inf, np.inf)
     se = np.sqrt((blocks - 1) / blocks * np.sum((without - value) ** 2))
     freedom = max((blocks if informative is None else min(informative, blocks)) - 1.0, 1.0)
-    half = float(stats.t.ppf(0.975, freedom) * se)
+    half = float(chances.t_ppf(0.975, freedom) * se)
     return Interval(value, value - half, value + half)
 
 
@@ -329,9 +330,9 @@ def largest_excess(taken: float, freedom: int) -> float:
         return 0.0
 
     def below(excess: float) -> float:
-        return float(stats.ncx2.cdf(taken, freedom, excess)) - _UNSURE
+        return float(chances.ncx2_cdf(taken, freedom, excess)) - _UNSURE
 
-    if stats.chi2.cdf(taken, freedom) <= _UNSURE:
+    if chances.chi2_cdf(taken, freedom) <= _UNSURE:
         return 0.0
     end = taken + freedom + 20.0
     while below(end) > 0.0:

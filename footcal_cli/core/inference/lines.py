@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage
 from scipy.linalg import solve_toeplitz
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.linear import least_squares
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import median_sd
@@ -151,13 +152,13 @@ def _highest(spectra: Sequence[_Spectrum], stretch: float) -> tuple[float, float
     behind = freedom * _MEDIAN_EFFICIENCY * width
     # what was regressed out leaves notches that all pieces share
     shared = ndimage.median_filter(mean, round(width / length * 2 * at.size) | 1, mode="mirror")
-    ratio = mean / shared * float(stats.f.ppf(0.5, freedom, behind))
+    ratio = mean / shared * float(chances.f_ppf(0.5, freedom, behind))
     lowest = max(_RESOLVED / length, _CYCLES / stretch)
     # near half the rate a stretch has one phase only
     highest = 0.5 - max(_NYQUIST / length, 1.0 / stretch)
     ratio[(at < lowest) | (at > highest)] = 0.0
     best = int(np.argmax(ratio))
-    return float(stats.f.sf(ratio[best], freedom, behind)), float(ratio[best]), float(at[best])
+    return float(chances.f_sf(ratio[best], freedom, behind)), float(ratio[best]), float(at[best])
 
 
 def _soft(ratio: FloatArray) -> FloatArray:

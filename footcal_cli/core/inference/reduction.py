@@ -12,8 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize
 
+from footcal_cli.core import chances
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.experiments.contract import Experiment, residual
 from footcal_cli.core.inference.autoregression import ChannelNoise
@@ -184,7 +185,7 @@ class Reduced:
             if before is None:
                 dof = float(np.sum(1.0 - fitted[:, group]))
                 freedom[group] = max(dof, 1.0)
-                chance = stats.chi2.sf(excess + dof, max(dof, LEAST_FREEDOM))
+                chance = chances.chi2_sf(excess + dof, max(dof, LEAST_FREEDOM))
                 sure = dof >= LEAST_FREEDOM and chance < CHANCE
             else:
                 sure = bool(before[group].any())

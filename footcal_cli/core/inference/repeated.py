@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 FEWEST_SESSIONS = 6
@@ -165,7 +165,7 @@ def trend_of(time: FloatArray, values: FloatArray, sd: FloatArray) -> Trend | No
     found = covariance @ (design.T @ (weight * values))
     misfit = float(np.sum(weight * (values - design @ found) ** 2))
     error = float(np.sqrt(max(misfit / (values.size - 2), 1.0) * covariance[1, 1]))
-    p = float(2.0 * stats.t.sf(abs(found[1] / error), values.size - 2))
+    p = float(2.0 * chances.t_sf(abs(found[1] / error), values.size - 2))
     return Trend(float(found[1] / span), error / span, float(found[1]), error, p)
 
 
@@ -210,7 +210,7 @@ def _largest_change(values: FloatArray, sd: FloatArray) -> Change | None:
         size[part] = level[:, 1] - level[:, 0]
         error[part] = np.hypot(level_sd[:, 0], level_sd[:, 1])
     best = int(np.argmax(np.abs(size) / error))
-    p = 2.0 * float(stats.t.sf(abs(size[best]) / error[best], n - 2))
+    p = 2.0 * float(chances.t_sf(abs(size[best]) / error[best], n - 2))
     return Change(
         int(places[best]), float(size[best]), float(error[best]), min(1.0, p * places.size)
     )
@@ -274,7 +274,7 @@ def _distances(
         level, level_sd, variance, dof = _levels(others[:, None].astype(float), values, sd)
         spread = np.sqrt(sd[at] ** 2 + variance + level_sd[:, 0] ** 2)
         distance = np.abs(values[at] - level[:, 0]) / np.maximum(spread, 1e-300)
-        judged = 2.0 * stats.t.sf(distance, np.maximum(dof, 1))
+        judged = 2.0 * chances.t_sf(distance, np.maximum(dof, 1))
         now[at] = np.where(dof >= FEWEST_SESSIONS - 2, judged, 1.0)
     return np.minimum(now * left.size, 1.0)
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.between_settings import variance_between
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.settings import (
@@ -68,7 +68,7 @@ def outstanding(tested: Mapping[int, float], among: int) -> int | None:
         Of how many candidates the suspects were the strongest.
     """
     best = max(sorted(tested), key=lambda suspect: tested[suspect])
-    return best if tested[best] > float(stats.norm.isf(0.5 * RARE / among)) else None
+    return best if tested[best] > float(chances.norm_isf(0.5 * RARE / among)) else None
 
 
 Whiten = Callable[[FloatArray], FloatArray]

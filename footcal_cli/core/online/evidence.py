@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -157,6 +157,8 @@ def paired_p(ours: FloatArray, theirs: FloatArray) -> float:
     difference = ours[both] - theirs[both]
     if difference.size < 6 or not difference.any():
         return float("nan")
+    from scipy import stats
+
     return float(stats.wilcoxon(difference).pvalue)
 
 
@@ -227,7 +229,7 @@ class Consistency:
 
 def _band(worth: float) -> tuple[float, float]:
     """95 % band of chi-squared over its degrees of freedom."""
-    low, high = (float(stats.chi2.ppf(q, worth)) / worth for q in (0.025, 0.975))
+    low, high = (float(chances.chi2_ppf(q, worth)) / worth for q in (0.025, 0.975))
     return low, high
 
 
@@ -247,7 +249,7 @@ def check_consistency(track: Track, *, skip_s: float = 2.0) -> Consistency:
         return Consistency(nan, nan, nan, nan, nan, 0, 0.0, 0.0)
     worth = total / autocorrelation_time(nis / dof - 1.0)
     low, high = _band(worth)
-    lowest, highest = (np.asarray(stats.chi2.ppf(q, dof)) for q in (0.025, 0.975))
+    lowest, highest = (np.asarray(chances.chi2_ppf(q, dof)) for q in (0.025, 0.975))
     normalised = (track.innovation / track.innovation_sd)[use, 0]
     normalised = normalised[np.isfinite(normalised)]
     moves = normalised.size > 2 and min(np.ptp(normalised[1:]), np.ptp(normalised[:-1])) > 0.0
@@ -303,7 +305,7 @@ class Repeats:
         found = float(np.sum(self.total[filled] ** 2 / cycles)) / (cycles.size - taken)
         # n cycles of an error are at worst one: a larger factor would switch the rows off
         found = min(found, float(np.median(cycles)))
-        by_chance = float(stats.chi2.ppf(_LEVEL, cycles.size)) / cycles.size
+        by_chance = float(chances.chi2_ppf(_LEVEL, cycles.size)) / cycles.size
         return max(found, 1.0) if unknowns is not None or found > by_chance else 1.0
 
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray
 
 COMMON_P = 1e-3
@@ -103,7 +103,7 @@ def common_shift(
     alone = hip_sd_m**2 / legs + mean_sd_m**2
     chi2 = float(np.sum(np.square(mean) / alone))
     sd = np.sqrt(1.0 / precision + share**2 * mean_sd_m**2)
-    return CommonShift(-share * mean, np.asarray(sd), bool(stats.chi2.sf(chi2, 3) < COMMON_P))
+    return CommonShift(-share * mean, np.asarray(sd), bool(chances.chi2_sf(chi2, 3) < COMMON_P))
 
 
 def common_turn(turn_b_rad: FloatArray) -> CommonTurn | None:
@@ -131,6 +131,6 @@ def common_turn(turn_b_rad: FloatArray) -> CommonTurn | None:
     if np.linalg.matrix_rank(scatter) < 2:
         return None
     t_squared = legs * float(mean @ np.linalg.solve(scatter, mean))
-    p = float(stats.f.sf((legs - 2) * t_squared / (2 * (legs - 1)), 2, legs - 2))
-    half = stats.t.ppf(0.975, legs - 1) * np.sqrt(np.diag(scatter) / legs)
+    p = float(chances.f_sf((legs - 2) * t_squared / (2 * (legs - 1)), 2, legs - 2))
+    half = chances.t_ppf(0.975, legs - 1) * np.sqrt(np.diag(scatter) / legs)
     return CommonTurn(mean, np.asarray(half), float(np.sqrt(np.trace(scatter) / 2.0)), p)

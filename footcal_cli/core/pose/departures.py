@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.hanging import LegKnowledge
@@ -85,7 +85,7 @@ def constant_error(data: PoseData, fit: PoseFit) -> ConstantError:
     size = error.std(axis=0)
     scatter = np.cov(error / size, rowvar=False)
     t_squared = poses * float(mean / size @ np.linalg.solve(scatter, mean / size))
-    p = float(stats.f.sf((poses - 6) * t_squared / (6 * (poses - 1)), 6, poses - 6))
+    p = float(chances.f_sf((poses - 6) * t_squared / (6 * (poses - 1)), 6, poses - 6))
     return ConstantError(mean, share, p)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData
@@ -69,5 +69,5 @@ def leg_map(data: PoseData, fit: PoseFit, noise_sd: FloatArray) -> LegMap:
             continue
         freedom = _SLOPES, 6 * poses - _SLOPES - 6
         ratio = part / freedom[0] / max((1.0 - part) / freedom[1], np.finfo(float).tiny)
-        chance.append(float(f_distribution.sf(ratio, *freedom)))
+        chance.append(float(chances.f_sf(ratio, *freedom)))
     return LegMap(np.array(foretold), np.array(share), np.array(chance))

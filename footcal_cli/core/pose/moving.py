@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
+from footcal_cli.core import chances
 from footcal_cli.core.inference.linear import inverse_root
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.pose.data import PoseData, summarise
@@ -53,7 +53,7 @@ def find_moving(
             break
     far = none
     for _ in range(2):
-        level = float(np.median(square[nearest])) / float(stats.chi2.ppf(0.5 * _SURE, 6))
+        level = float(np.median(square[nearest])) / float(chances.chi2_ppf(0.5 * _SURE, 6))
         far = np.asarray(square > 6.0 * _FAR**2 * level)
         if not far.any() or far.mean() > 1.0 - _SURE:
             return none

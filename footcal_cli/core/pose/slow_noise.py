@@ -17,7 +17,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import lfilter
 
 from footcal_cli.core.inference.descent import newton_step
 from footcal_cli.core.parameters import FloatArray
@@ -73,6 +72,8 @@ class SlowNoise:
                 break
         else:
             return out, logarithms
+        from scipy.signal import lfilter
+
         # state' = d (1 − k) state + d k x from here on
         left = columns[p + 1 :]
         total = variance + white

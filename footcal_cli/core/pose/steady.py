@@ -11,7 +11,6 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import savgol_filter
 
 from footcal_cli.core.parameters import FloatArray
 
@@ -73,6 +72,8 @@ def force_rate_nps(time_s: FloatArray, force_n: FloatArray, window_s: float) -> 
     window_s
         Savitzky-Golay window (second order).
     """
+    from scipy.signal import savgol_filter
+
     step = float(np.median(np.diff(time_s)))
     window = max(2 * round(window_s / step / 2) + 1, 5)
     window = min(window, len(time_s) - (len(time_s) + 1) % 2)

@@ -1,7 +1,7 @@
 """[NAO]'s sliding window, eq. (14), and Han's static assumption in the same window.
 
 ``min Σₖ ωF ((Fz(θ) − F_ref)/BW)² + ωP ‖(p(θ) − p_ref)/L_f‖² + ωS ‖θ − θ_prev‖²`` over 0.5 s,
-every 4 samples, five Gauss-Newton iterations with bounded steps, θ the gains and biases in
+every 4 samples, up to five Gauss-Newton iterations with bounded steps, θ the gains and biases in
 centred units over their prior sd (see `footcal_cli.core.online.rows`).
 """
 
@@ -68,9 +68,12 @@ class WindowRule:
     every
         Samples between updates (20 Hz).
     iterations
-        Gauss-Newton iterations per update.
+        Gauss-Newton iterations per update, at most.
     largest_step
         Bound on each unknown's step per iteration, in prior sd.
+    smallest_step
+        After an iteration with shorter steps no other follows, in prior sd: each is about a
+        thousandth of the one before it.
     foot_length_m
         L_f.
     min_force_n
@@ -81,6 +84,7 @@ class WindowRule:
     every: int = 4
     iterations: int = 5
     largest_step: float = 0.5
+    smallest_step: float = 1e-6
     foot_length_m: float = 0.16
     min_force_n: float = MIN_FORCE_N
 
@@ -220,7 +224,7 @@ def run_window(
     solve = _window_exact if loops is None else loops.window_exact
     solve(
         problem.plain(unit), squares, first, stop, rule.iterations, rule.largest_step,
-        rule.min_force_n, solutions,
+        rule.smallest_step, rule.min_force_n, solutions,
     )  # fmt: skip
     return _track(log, ends, solutions * unit)
 
@@ -232,6 +236,7 @@ def _window_exact(
     stop: IntArray,
     iterations: int,
     largest_step: float,
+    smallest_step: float,
     min_force_n: float,
     solutions: FloatArray,
 ) -> None:
@@ -246,6 +251,7 @@ def _window_exact(
             axes = np.concatenate([positions, positions], axis=1)
             # the force row does not depend on θ: its normal matrix serves all iterations
             force_normal = features.T @ features
+            moving = np.ones((force_w.size, 1), dtype=bool)
             for _ in range(iterations):
                 total = believed.sum(axis=1) + theta @ features.T
                 moment = np.einsum("nc,nck->nk", believed, positions) + np.einsum(
@@ -265,7 +271,10 @@ def _window_exact(
                 pull = pull + cop_w[:, None] * np.einsum("bnpk,bnk->bp", slope, miss)
                 pull = pull + smooth_w[:, None] * (theta - previous)
                 step = -np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
-                theta = theta + np.clip(step, -largest_step, largest_step)
+                theta = theta + moving * np.clip(step, -largest_step, largest_step)
+                moving &= np.abs(step).max(axis=1, keepdims=True) >= smallest_step
+                if not moving.any():
+                    break
         solutions[j] = theta
 
 

@@ -11,10 +11,13 @@ import numpy as np
 
 from footcal_cli.core.online.loops import compiled
 
+_ANEW = 64
+"""Updates after which sliding sums are added up anew, so that rounding does not gather."""
+
 
 @compiled
-def _step(normal: Any, pull: Any, theta: Any, bound: float) -> None:
-    """``θ ← θ − clip(N⁻¹ g)``; N's lower triangle and g are overwritten."""
+def _step(normal: Any, pull: Any, theta: Any, bound: float) -> float:
+    """``θ ← θ − clip(N⁻¹ g)`` and the largest ``|N⁻¹ g|``; N's lower triangle and g are lost."""
     p = theta.size
     for i in range(p):
         for j in range(i + 1):
@@ -33,16 +36,19 @@ def _step(normal: Any, pull: Any, theta: Any, bound: float) -> None:
         for m in range(i + 1, p):
             pull[i] -= normal[m, i] * pull[m]
         pull[i] /= normal[i, i]
+    largest = 0.0
     for i in range(p):
         theta[i] -= min(max(pull[i], -bound), bound)
+        largest = max(largest, abs(pull[i]))
+    return largest
 
 
 @compiled
 def window_exact(
     samples: Any, weights: Any, first: Any, stop: Any, iterations: int, bound: float,
-    least_n: float, solutions: Any,
+    enough: float, least_n: float, solutions: Any,
 ) -> None:  # fmt: skip
-    """Gauss-Newton on the ratio, eq. (14), `iterations` per update; fills (u, settings, 2c)."""
+    """Gauss-Newton on the ratio, eq. (14), `iterations` at most; fills (u, settings, 2c)."""
     believed, positions, fz, cop, unit = samples
     force_w, cop_w, smooth_w = weights
     c = believed.shape[1]
@@ -54,12 +60,15 @@ def window_exact(
         theta = np.zeros(p)
         for j in range(first.size):
             previous[:] = theta
-            force_normal[:, :] = 0.0
-            for n in range(first[j], stop[j]):
-                _features(believed[n], unit, f)
-                for i in range(p):
-                    for k in range(i + 1):
-                        force_normal[i, k] += f[i] * f[k]
+            known = first[j]
+            if j % _ANEW == 0:
+                force_normal[:, :] = 0.0
+            else:
+                known = max(stop[j - 1], first[j])
+                for n in range(first[j - 1], min(first[j], stop[j - 1])):
+                    _square(believed[n], unit, f, -1.0, force_normal)
+            for n in range(known, stop[j]):
+                _square(believed[n], unit, f, 1.0, force_normal)
             for _ in range(iterations if stop[j] > first[j] else 0):
                 for i in range(p):
                     for k in range(i + 1):
@@ -91,9 +100,19 @@ def window_exact(
                         wx, wy = cop_w[b] * slope_x[i], cop_w[b] * slope_y[i]
                         for k in range(i + 1):
                             normal[i, k] += wx * slope_x[k] + wy * slope_y[k]
-                _step(normal, pull, theta, bound)
+                if _step(normal, pull, theta, bound) < enough:
+                    break
             for i in range(p):
                 solutions[j, b, i] = theta[i]
+
+
+@compiled
+def _square(believed: Any, unit: Any, f: Any, sign: float, normal: Any) -> None:
+    """Add ``± f fᵀ`` of one sample to the lower triangle; f is overwritten."""
+    _features(believed, unit, f)
+    for i in range(f.size):
+        for k in range(i + 1):
+            normal[i, k] += sign * f[i] * f[k]
 
 
 @compiled
