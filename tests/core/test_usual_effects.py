@@ -27,7 +27,8 @@ OFFSETS = dict.fromkeys(CHANNELS, 0.0)
 def log() -> Log:
     """A walk on six-axis ankles that came without its angular momentum."""
     whole = ankle_walk(3, 20.0, OFFSETS, {})[0].log
-    return whole.with_known(angmom_missing=np.ones(len(whole)))
+    phase = cycle_phase(whole.known["contact"])
+    return whole.with_known(angmom_missing=np.ones(len(whole)), gait_phase=phase)
 
 
 def alone(effect: Effect, log: Log, sizes: dict[str, float]) -> tuple[Chain, dict[str, float]]:

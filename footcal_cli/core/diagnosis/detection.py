@@ -11,21 +11,20 @@ from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
-from footcal_cli.core.diagnosis.features import GAIT, MEMORY, Features, features_of
+from footcal_cli.core.diagnosis.features import MEMORY, Features, features_of
+from footcal_cli.core.diagnosis.line_test import line_of, rid_of_signals
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE
 from footcal_cli.core.diagnosis.spells import spell_p
 from footcal_cli.core.diagnosis.telegraph import levels_p
 from footcal_cli.core.inference.evidence import permutation_max_t, sign_flip_mean
 from footcal_cli.core.inference.grams import Grams, whitened_grams
-from footcal_cli.core.inference.linear import least_squares, scaled_inverse
-from footcal_cli.core.inference.lines import Line, Traces, pieces_of
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.lines import Line
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.signals import begins
 
 _RCOND = 1e-9
-_ROUNDING = 1e-6
 """Of the RMS of a column."""
 RIDGE = np.array([1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Ridge penalties tried, relative to the mean information of a feature."""
@@ -113,8 +112,8 @@ def detect(
     parts = [grams.features[part] for part in (~features.curved, memory, features.curved)]
     white, gain, loss = flexible_gain(grams, base, parts)
     fitted = problem.fitted if accepted is None else np.hstack([problem.fitted, accepted])
-    unexplained = cache(lambda: _rid_of_signals(problem, features, fitted))
-    line = _line_test(problem, fitted, unexplained)
+    unexplained = cache(lambda: rid_of_signals(problem, features, fitted))
+    line = line_of(problem, fitted, unexplained)
     between_p, driver = _between_test(problem, grams, base)
     return Detection(
         groups=features.names,
@@ -260,26 +259,6 @@ def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray
     return np.asarray(linalg.cho_solve(factor, score, check_finite=False))
 
 
-def _line_test(problem: Problem, fitted: FloatArray, unexplained: Callable[[], FloatArray]) -> Line:
-    """Strongest line of what was recorded, or of the rows where nothing else was.
-
-    Rows are first rid of every function of the recorded signals, and each piece of its own
-    calibration: a drifting gain would look like a line at the frequency of the load.
-    """
-    if problem.raw is not None:
-        return problem.raw.strongest
-    if problem.rate_hz <= 0:
-        return Line()
-    traces = problem.traces or _of_outputs(problem)
-    left = unexplained().copy()
-    own = np.hstack([fitted, np.ones((left.size, 1))])
-    # a knee changes no row under no load but by the rounding of the noise that was taken out
-    own[np.abs(own) < _ROUNDING * np.sqrt(np.mean(own**2, axis=0))] = 0.0
-    for rows in pieces_of(traces, problem.rate_hz):
-        left[rows] = _rid_of(left[rows], own[rows])
-    return traces.series(left, problem.rate_hz).strongest
-
-
 def _spell_test(
     problem: Problem,
     signs: FloatArray,
@@ -295,46 +274,6 @@ def _spell_test(
 
 
 _PUSHED = 0.1  # share of the level of spells
-
-
-def _rid_of_signals(problem: Problem, features: Features, fitted: FloatArray) -> FloatArray:
-    """What no function of the recorded signals explains, output by output, shape (m,)."""
-    left, harmonics = problem.residual.copy(), _harmonics(problem)
-    for o in range(len(problem.outputs)):
-        mine = np.flatnonzero(problem.output == o)
-        known = (fitted[mine], features.columns[mine], harmonics[mine])
-        left[mine] = _rid_of(left[mine], np.hstack(known))
-    return left
-
-
-def _harmonics(problem: Problem) -> FloatArray:
-    """Sine and cosine of the harmonics of the gait below the rate, shape (m, 2 k).
-
-    A step is sharper than what functions of its phase show: its tenth harmonic is no mains hum, nor
-    what folds from above half the rate of rows that are samples and no means.
-    """
-    phase = problem.regressors.get(GAIT)
-    if phase is None or problem.rate_hz <= 0:
-        return np.empty((problem.residual.size, 0))
-    steps = np.diff(phase)
-    step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 1.0
-    angle = 2.0 * np.pi * phase[:, None] * np.arange(1, int(1.0 / step) + 1)
-    return np.hstack([np.sin(angle), np.cos(angle)])
-
-
-def _of_outputs(problem: Problem) -> Traces:
-    """Sequences as pieces of their output, where nothing is known of channels."""
-    fresh = begins(problem.sequence)
-    index = np.arange(fresh.size)
-    since = index - np.maximum.accumulate(np.where(fresh, index, 0))
-    return Traces(since / problem.rate_hz, problem.output, problem.outputs)
-
-
-def _rid_of(values: FloatArray, basis: FloatArray) -> FloatArray:
-    """Values less their regression on a basis, where rows are enough for one."""
-    if basis.shape[0] <= 2 * np.count_nonzero(basis.any(axis=0)):
-        return values
-    return np.asarray(values - basis @ least_squares(basis, values, 1e-8))
 
 
 def block_calibrations(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.contact import cycle_phase
 from footcal_cli.core.effects.body import heading_rad, level_of, scaled_in_body, turned
 from footcal_cli.core.effects.contract import (
     Effect,
@@ -50,7 +49,9 @@ _HARMONICS = 6
 
 
 def _of_the_gait(log: Log, theta: Theta) -> FloatArray:
-    phase = 2.0 * np.pi * np.nan_to_num(cycle_phase(log.known["contact"]))
+    if "gait_phase" not in log.known:
+        return np.zeros((1, 2))
+    phase = 2.0 * np.pi * np.nan_to_num(log.known["gait_phase"])
     along = np.zeros((2, len(log)))
     for axis, course in zip("xy", along, strict=True):
         for k in range(1, _HARMONICS + 1):
@@ -120,7 +121,7 @@ GAIT_MOMENT = Effect(
     formula="L̇_shown = L̇ − R(heading) Σ_k (a_k sin kφ + b_k cos kφ), φ the phase of the gait",
     source="Herr & Popovic, J. Exp. Biol. 211, 467 (2008): L̇ repeats, its mean is none",
     remedy="log the rate of angular momentum",
-    needs=("angmom_missing", "contact"),
+    needs=("angmom_missing", "gait_phase"),
 )
 """Where a walk comes without L̇, its moments show their mean over the gait, and not their course."""
 

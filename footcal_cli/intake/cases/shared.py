@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
+from footcal_cli.core.contact import cycle_phase
 from footcal_cli.core.effects import find_effect, having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.experiments.contract import Experiment
@@ -187,11 +188,15 @@ def finding_nm(logs: Sequence[Log], weight_n: float) -> float:
 
 
 def without_momentum(recording: Recording) -> Log:
-    """The merged log; one without a rate of angular momentum says so (`LIMB_SWING.needs`)."""
+    """The merged log; one without a rate of angular momentum says so (`LIMB_SWING.needs`).
+
+    With the share of its gait cycle of each row, by which such a rate repeats.
+    """
     log = recording.merged.log
     if not recording.no_angular_momentum:
         return log
-    return log.with_known(angmom_missing=np.ones(len(log)))
+    phase = cycle_phase(log.known["contact"])
+    return log.with_known(angmom_missing=np.ones(len(log)), gait_phase=phase)
 
 
 def needs_time(experiment: Experiment, reason: str) -> dict[str, str]:
