@@ -88,9 +88,13 @@ def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) ->
 
 
 def is_nothing(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:
-    """Whether the interval of one of the causes holds its neutral value, on the final model."""
+    """Whether the interval of one sure cause holds its neutral value, on the final model.
+
+    What one rival of a set says of its own size the others take from it.
+    """
+    sure = [cause for cause in causes if not cause.rivals]
     return model is not None and any(
-        not _is_something(cause, subject.table[cause.signature.effect], model) for cause in causes
+        not _is_something(cause, subject.table[cause.signature.effect], model) for cause in sure
     )
 
 
