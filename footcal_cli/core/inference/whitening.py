@@ -26,6 +26,9 @@ _MIDDLE = 0.6745  # median of |z|
 _LEAST_FREEDOM = 1.0  # an output that the calibration can follow at will tells of no noise
 _LEAST_RATIO = 1e-6  # by which a variance shrinks in one step at most
 _RANK = 1e-8
+_REWEIGHTED = 2
+"""Times that the units of outputs are taken from what a fit in those before leaves."""
+_LEAST = 1e-3  # of the largest of them
 PIECE = 1024  # rows that are squared at once
 _WHITENED = 65536  # numbers that are whitened at once
 _LEAST_WHITENED = 128  # rows
@@ -242,34 +245,57 @@ class Within:
         Orthonormal basis of what all blocks share, shape (m, k); None where nothing is.
     own
         Rows of each block that can show a calibration of its own, and a basis of that.
+    unit
+        In which rows are fitted, shape (m,).
     """
 
     lasting: FloatArray | None
     own: tuple[tuple[IntArray, FloatArray], ...]
+    unit: FloatArray
 
     def __call__(self, residual: FloatArray) -> FloatArray:
         """What is left of a residual, shape (m,)."""
-        left = residual.copy()
+        left = residual / self.unit
         if self.lasting is not None:
             left -= self.lasting @ (self.lasting.T @ left)
         for rows, basis in self.own:
             mine = left[rows]
             left[rows] = mine - basis @ (basis.T @ mine)
-        return left
+        return left * self.unit
 
 
 def within_blocks(problem: Problem) -> Within:
-    """A calibration and output offsets of each block's own, beside what all blocks share."""
+    """A calibration and output offsets of each block's own, beside what all blocks share.
+
+    What all blocks share is fitted in units of what the fit before left of each output: in those
+    that were assumed, the inertia of a foot of which a transducer in the air knows all would be
+    that which makes the moments of the whole robot small.
+    """
+    unit = np.ones(problem.residual.size)
+    if problem.usual is None or problem.rate_hz <= 0:
+        return _within(problem, unit)
+    for _ in range(_REWEIGHTED):
+        left = _within(problem, unit)(problem.residual)
+        squares = np.bincount(problem.output, left**2, len(problem.outputs))
+        rms = np.sqrt(squares / np.maximum(np.bincount(problem.output), 1))
+        unit = np.maximum(rms, _LEAST * rms.max(initial=0.0) + 1e-300)[problem.output]
+    return _within(problem, unit)
+
+
+def _within(problem: Problem, unit: FloatArray) -> Within:
+    scale = 1.0 / unit[:, None]
     lasting = [part for part in (problem.held, problem.usual) if part is not None]
-    shared = orthogonal(np.hstack([problem.calibration, *lasting]), _RANK) if lasting else None
-    basis = np.hstack([problem.calibration, np.eye(len(problem.outputs))[problem.output]])
+    shared = None
+    if lasting:
+        shared = orthogonal(np.hstack([problem.calibration, *lasting]) * scale, _RANK)
+    basis = np.hstack([problem.calibration, np.eye(len(problem.outputs))[problem.output]]) * scale
     own = []
     for b in range(problem.blocks):
         rows = np.flatnonzero(problem.block == b)
         mine = basis[rows]
         if rows.size > 2 * int(np.count_nonzero(np.any(mine != 0.0, axis=0))):
             own.append((rows, orthogonal(mine, _RANK)))
-    return Within(shared, tuple(own))
+    return Within(shared, tuple(own), unit)
 
 
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
