@@ -233,11 +233,13 @@ def _searched(
     if verdict is Verdict.NAMED_UNKNOWN and not _matters(subject, path, beside=True):
         yield path, Verdict.NAMED, share
         return
-    alone = len(path.causes) == 1 and path.share >= rules.later_share
-    if verdict is Verdict.UNKNOWN and alone and not _matters(subject, path, beside=True):
+    alone = len(path.causes) == 1 and verdict is Verdict.UNKNOWN
+    explains = alone and _matters(subject, path, beside=False)
+    alone = explains or (alone and path.share >= rules.later_share)
+    if alone and not _matters(subject, path, beside=True):
         # what one name leaves of its form does not matter: it need not explain all of that, and
-        # none of it where it is next to nothing
-        little = path.share >= rules.share_form
+        # none of it where it is next to nothing, or where all that mattered is explained
+        little = explains or path.share >= rules.share_form
         part, whole = (0.0, 0.0) if little else (rules.share_set, strict.share_set)
         least = replace(rules, share_partly=part, share_form=part, share_set=whole)
         kind = judged(subject, sized, least, seed)[0]

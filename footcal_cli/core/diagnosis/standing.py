@@ -32,6 +32,7 @@ from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.evidence import sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.problem import Problem
@@ -137,8 +138,9 @@ def standing(
         among = likeness_of(library, rules)
         departure = departure_of(problem, extended, final.law, count, among)
     # without whitening a model that undoes a low-pass is blamed for the noise that it makes larger:
-    # where a calibration is tracked, the innovations are what a model answers for
-    innovated = problem.tracking is not None and path.removed > 0.0
+    # where a calibration is tracked, the innovations are what such a model answers for
+    undone = any(Trait.LOW_PASS in subject.table[c.signature.effect].traits for c in path.causes)
+    innovated = undone and problem.tracking is not None and path.removed > 0.0
     better = better or innovated or bought(gains, problem) > 0.0
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, better, departure)
 

@@ -64,6 +64,9 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         # a size that only its bound stops is the size of something else, as is a curve's mean gain,
         # and what others are in a walk in which a cell still jumps; one that may be none is no size
         return Verdict.UNKNOWN, share
+    if verdict in NAMING and len(path.causes) > 1 and _trifles(subject, path):
+        # it stands in for the form of a larger one, or for where a refit of that one ended
+        return Verdict.UNKNOWN, share
     sure = path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
     sure &= in_other_cells(subject.table, path.causes)
     loose = subject.case.drifts or subject.case.experiment.name == "stand"
@@ -72,6 +75,25 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         # a stand, whose loads follow the two coordinates of its CoM
         return Verdict.UNKNOWN, share
     return verdict, share
+
+
+def _trifles(subject: Subject, path: Path) -> bool:
+    """Whether one of several causes changes no output by what matters, at its refitted size."""
+    model, problem = path.model, path.current
+    if model is None:
+        return False
+    for cause in path.causes:
+        sizes = {p.name: p.neutral for p in subject.table[cause.signature.effect].sizes}
+        change = np.zeros(problem.residual.size)
+        for column, name in zip(model.columns.T, model.names, strict=True):
+            owner, _, parameter = name.rpartition(".")
+            if parameter in sizes and owner in dict(cause.signature.owners):
+                change += column * (model.values[name] - sizes[parameter])
+        squares = np.bincount(problem.output, (change * problem.noise) ** 2, len(problem.outputs))
+        rms = np.sqrt(squares / np.maximum(np.bincount(problem.output), 1))
+        if np.all(rms < problem.tolerance):
+            return True
+    return False
 
 
 def _outdone(subject: Subject, path: Path, rules: Rules) -> bool:
