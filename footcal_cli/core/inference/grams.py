@@ -159,11 +159,13 @@ def whitened_grams(
         of = [problem.output == o for o in range(len(problem.outputs))]
         by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
     energy = _energies(raw, problem.output, len(problem.outputs))
+    tied = _of_usual_size(problem, numbers[1])
     if problem.drifts:
         if problem.held is not None:
+            tied = np.concatenate([numbers[1][: problem.held.shape[1]], tied])
+        if tied.size:
             # in equal shares, as what is known beforehand of a calibration
-            held = numbers[1][: problem.held.shape[1]]
-            same, rows = plain is rows, with_known(rows, np.eye(held.size) / problem.blocks, held)
+            same, rows = plain is rows, with_known(rows, np.eye(tied.size) / problem.blocks, tied)
             plain = rows if same else plain
         inner = within = rows
         base = numbers[1]
@@ -172,7 +174,6 @@ def whitened_grams(
         within = partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
         suspects = numbers[3] if problem.pieces else numbers[3][:0]
         inner = partial_out(rows, numbers[2], variance_beside(rows, base, numbers[2], suspects))
-        tied = _of_usual_size(problem, numbers[1])
         if tied.size:
             inner, within = (
                 with_known(p, np.eye(tied.size) / problem.blocks, tied) for p in (inner, within)
@@ -251,12 +252,12 @@ def _raw_stretches(
 
 
 def _of_usual_size(problem: Problem, shared: IntArray) -> IntArray:
-    """Columns of a stand's usual imperfections whose size is bounded, each known to one of them.
+    """Columns of usual imperfections whose size is bounded, each known to one of them.
 
     Free, a gain of a per mille and a screw of a millimetre trade against each other by metres in
-    the only stance that tells them apart.
+    the only stance that tells them apart, and a CoM against the places of both transducers.
     """
-    if not problem.pieces:
+    if not problem.usual_of:
         return shared[:0]
     bounded = [s.effect not in problem.usual_of_any_size for s in problem.usual_of]
     return np.asarray(shared[problem.usual_columns][np.array(bounded, dtype=bool)])
