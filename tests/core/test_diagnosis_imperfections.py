@@ -193,17 +193,16 @@ def test_the_gain_of_the_other_leg_stays_usual_beside_a_cause() -> None:
     assert gains == {"a"}
 
 
-def test_in_a_stand_what_is_bounded_is_known_to_its_usual_size() -> None:
-    """Not the mass, which nothing bounds, and nothing in a walk."""
+@pytest.mark.parametrize("pieces", [True, False])
+def test_what_is_bounded_is_known_to_its_usual_size(*, pieces: bool) -> None:
+    """In stands and walks; not the mass, which nothing bounds."""
     names = ("scale_matrix", "mass", "mount_translation")
     problem: Any = SimpleNamespace(
-        pieces=True, usual_columns=slice(1, 4), usual_of_any_size=frozenset({"mass"}),
+        pieces=pieces, usual_columns=slice(1, 4), usual_of_any_size=frozenset({"mass"}),
         usual_of=tuple(Signature(name, name, "left", "-") for name in names),
     )  # fmt: skip
     shared = np.arange(20, 25)  # one that is held, three usual ones, one accepted
     assert grams._of_usual_size(problem, shared).tolist() == [21, 23]
-    problem.pieces = False
-    assert grams._of_usual_size(problem, shared).size == 0
 
 
 def test_what_one_stance_alone_tells_of_a_calibration_is_taken_out_of_it() -> None:

@@ -178,6 +178,7 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
         lambda _subject, path, stronger, _seed: replace(path, removed=tried[stronger][0]),
     )
     monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
+    monkeypatch.setattr(investigation, "_at_its_size", lambda _subject, path: path)
     monkeypatch.setattr(
         investigation, "judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0)
     )

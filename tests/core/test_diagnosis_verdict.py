@@ -90,6 +90,7 @@ class _Round:
 @dataclass(frozen=True)
 class _Way:
     rounds: tuple[_Round, ...]
+    current: Any = field(default_factory=lambda: SimpleNamespace(traces=None, raw=None))
 
 
 @pytest.mark.parametrize(

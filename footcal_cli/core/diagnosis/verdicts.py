@@ -89,9 +89,9 @@ def _trifles(subject: Subject, path: Path) -> bool:
             owner, _, parameter = name.rpartition(".")
             if parameter in sizes and owner in dict(cause.signature.owners):
                 change += column * (model.values[name] - sizes[parameter])
-        squares = np.bincount(problem.output, (change * problem.noise) ** 2, len(problem.outputs))
-        rms = np.sqrt(squares / np.maximum(np.bincount(problem.output), 1))
-        if np.all(rms < problem.tolerance):
+        counts = ((change * problem.noise) ** 2, None)
+        squares, rows = (np.bincount(problem.output, c, len(problem.outputs)) for c in counts)
+        if np.all(squares < rows * problem.tolerance**2):
             return True
     return False
 

@@ -276,8 +276,9 @@ def within_blocks(problem: Problem) -> Within:
         return _within(problem, unit)
     for _ in range(_REWEIGHTED):
         left = _within(problem, unit)(problem.residual)
-        squares = np.bincount(problem.output, left**2, len(problem.outputs))
-        rms = np.sqrt(squares / np.maximum(np.bincount(problem.output), 1))
+        outputs = len(problem.outputs)
+        squares, rows = (np.bincount(problem.output, w, outputs) for w in (left**2, None))
+        rms = np.sqrt(squares / np.maximum(rows, 1))
         unit = np.maximum(rms, _LEAST * rms.max(initial=0.0) + 1e-300)[problem.output]
     return _within(problem, unit)
 
