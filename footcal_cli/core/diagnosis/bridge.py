@@ -44,7 +44,7 @@ def problem_from(
         Its recordings without noise, where a refit made them already.
     """
     ideal = ideal or balanced(case, case.values)
-    library = library_columns(ideal, rows, effects, case)
+    library = library_columns(ideal, rows, effects, case if case.drifts else None)
     regressors, covariates = describe(ideal, rows)
     calibration, turn = calibration_of(ideal, rows, within)
     tracking = None

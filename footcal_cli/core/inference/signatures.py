@@ -142,8 +142,8 @@ def library_columns(
     case
         Recordings as they would be without noise.
     measured
-        The recordings themselves: what is exchanged or reversed as a whole is seen as −1 from the
-        readings that it made, and noise is nothing beside it.
+        The recordings themselves, of walks: what is exchanged or reversed as a whole is seen as −1
+        from the readings that it made, and noise is nothing beside it.
     """
     fitted = {parameter.name for parameter in case.calibration}
     moved = {item.effect.name for item in case.chain.links if not fitted.isdisjoint(item.names())}
