@@ -70,7 +70,8 @@ def test_whitened_levels_have_the_identity_as_covariance() -> None:
 @pytest.mark.parametrize("memory_s", [0.0, 30.0])
 def test_sd_and_memory_of_levels_are_those_that_made_them(memory_s: float) -> None:
     """Sixty levels 8 s apart, three channels, of sd 0.5 under noise of 0.1, about their means."""
-    time_s, found = 8.0 * np.arange(60), []
+    time_s: FloatArray = 8.0 * np.arange(60.0)
+    found = []
     size = np.full((60, 3), 10.0)
     slope = np.zeros((60, 3, 3))
     slope[:, range(3), range(3)] = 10.0
