@@ -16,6 +16,7 @@ import pandas as pd
 
 from tests.blind import foreign
 from tests.blind.abroad_ankles import ON_ANKLES
+from tests.blind.abroad_fleet import ON_FLEET
 from tests.blind.abroad_legs import ON_LEGS, Hide, heavier, with_log
 from tests.blind.world import Array, Rng
 from tests.foreign import (
@@ -393,5 +394,5 @@ TRIALS: Mapping[str, Abroad] = {
         hide,
         wiring=cause in WIRING,
     )
-    for experiment, cause, right, hide in (*_BENCH, *_ON_FEET, *ON_LEGS, *ON_ANKLES)
+    for experiment, cause, right, hide in (*_BENCH, *_ON_FEET, *ON_LEGS, *ON_ANKLES, *ON_FLEET)
 }

@@ -67,6 +67,10 @@ def _commands(experiment: str, folder: Path) -> list[list[str | Path]]:
 
     on_ankles = {"ankles": "walk", "stance": "stand"}.get(experiment)
 
+    experiment = {"fleet hang": "hang", "fleet pose": "pose", "wrist": "hang"}.get(
+        experiment, experiment
+    )
+
     def log(role: str) -> Path:
         return folder / f"{role}.parquet"
 

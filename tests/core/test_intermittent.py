@@ -11,6 +11,7 @@ from footcal_cli.core.checks.intermittent import (
     find_spells,
     is_loose,
     spells_of,
+    steps_of,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -54,6 +55,21 @@ def test_no_noise_is_a_loose_contact(noise: str) -> None:
         for seed in range(40)
     ]
     assert not any(is_loose(axis) for wrench in wrenches for axis in spells_of(wrench).T)
+
+
+def test_a_coarse_converter_that_flickers_between_three_values_has_no_loose_contact() -> None:
+    """A leg of 200 N, hung two ways, on steps of 0.7 N under noise of 0.2 N."""
+    rng = np.random.default_rng(75)
+    hung = [
+        np.round((side * np.full((N, 6), 200.0) + rng.normal(0.0, 0.2, (N, 6))) / 0.7) * 0.7
+        for side in (-1.0, 1.0)
+    ]
+    steps = steps_of(np.concatenate(hung))
+    np.testing.assert_allclose(steps, 0.7)
+    assert not any(spells_of(one, None, steps).any() for one in hung)
+    away = lost(rng, 8)
+    broken = hung[0] - 20.0 * 0.7 * away[:, None]
+    np.testing.assert_array_equal(spells_of(broken, None, steps)[:, 2], away)
 
 
 def test_a_leg_that_is_turned_from_hold_to_hold_and_back_has_no_loose_contact() -> None:

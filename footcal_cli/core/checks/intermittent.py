@@ -114,11 +114,27 @@ def _levels(values: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.minimum(first, second), np.minimum(larger, third)))
 
 
-def spells_of(wrench: FloatArray, held: FloatArray | None = None) -> BoolArray:
-    """`find_spells` of each axis of one recording of a leg, shape (n, 6)."""
-    steps = [resolution_of(wrench[:, :3])] * 3 + [resolution_of(wrench[:, 3:])] * 3
+def steps_of(wrench: FloatArray) -> FloatArray:
+    """Step of the converter of each axis of a leg, from all that was recorded of it, shape (6,).
+
+    A heavy robot's leg takes two or three values in one recording: those do not show a step.
+    """
+    return np.repeat([resolution_of(wrench[:, :3]), resolution_of(wrench[:, 3:])], 3)
+
+
+def spells_of(
+    wrench: FloatArray, held: FloatArray | None = None, steps: FloatArray | None = None
+) -> BoolArray:
+    """`find_spells` of each axis of one recording of a leg, shape (n, 6).
+
+    Parameters
+    ----------
+    steps
+        `steps_of` the leg, shape (6,); None: of this recording.
+    """
+    own = steps_of(wrench) if steps is None else steps
     return np.stack(
-        [find_spells(axis, held, step) for axis, step in zip(wrench.T, steps, strict=True)], 1
+        [find_spells(axis, held, step) for axis, step in zip(wrench.T, own, strict=True)], 1
     )
 
 

@@ -156,11 +156,11 @@ def _is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
         return False
     if any(not i.low <= parameter.neutral <= i.high for i in intervals):
         return True
-    return len(effect.sizes) > 1 and _together_something(effect, fitted)
+    return len(effect.sizes) > 1 and chance_of_nothing(effect, fitted) < _NOTHING
 
 
-def _together_something(effect: Effect, fitted: Refit) -> bool:
-    """Whether all sizes of an effect together exclude their neutral values.
+def chance_of_nothing(effect: Effect, fitted: Refit) -> float:
+    """Probability that all sizes of an effect are neutral; 1 where too few blocks say.
 
     Couplings of one transducer that calibration turns into each other are each unsure. Hotelling's
     T² with the covariance that leaving out blocks shows:
@@ -173,8 +173,8 @@ def _together_something(effect: Effect, fitted: Refit) -> bool:
     apart = fitted.scatter.apart[:, mine]
     blocks, count = apart.shape
     if blocks <= count:
-        return False
+        return 1.0
     spread = apart.T @ apart * (blocks - 1) / blocks
     squared = float(off @ scaled_inverse(spread, _RCOND) @ off)
     f = (blocks - count) * squared / (count * (blocks - 1))
-    return bool(chances.f_sf(f, count, blocks - count) < _NOTHING)
+    return float(chances.f_sf(f, count, blocks - count))

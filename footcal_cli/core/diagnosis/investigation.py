@@ -23,6 +23,7 @@ from footcal_cli.core.diagnosis.path import (
     together,
 )
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.sized import is_sized
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
@@ -161,12 +162,23 @@ def investigate(
             return _named(subject, happened(subject, way, verdict))
         stands = standing(subject, way, verdict, share, rules, seed)
         if stands.holds:
-            return _named(subject, stands)
+            answer = _named(subject, stands)
+            if verdict is not Verdict.NAMED or _sized(stands.path, answer.found, problem.blocks):
+                return answer
         # what was chosen without a block does not predict it, or is chosen only with all of them
         matters = large or _matters(subject, way, beside=False)
         none = Verdict.UNKNOWN if matters else Verdict.NONE
         last = last or replace(_without_name(subject, way, none, share), stable=stands.stable)
     return last or _without_name(subject, baseline, Verdict.NONE, 0.0)
+
+
+def _sized(path: Path, found: Sequence[Found], blocks: int) -> bool:
+    rules, model = path.rounds[0].rules, path.model
+    return all(
+        is_sized(f.effect, f.cause, dict(zip(f.parameter_names, f.intervals, strict=True)), model,
+                 blocks, rules.alpha_name)
+        for f in found
+    )  # fmt: skip
 
 
 def _named(subject: Subject, stands: Standing) -> Investigation:

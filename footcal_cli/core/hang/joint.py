@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core import chances
 from footcal_cli.core.hang.effect import HangResidual
+from footcal_cli.core.hang.levels import fit_reduced, times_of, with_levels
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
 from footcal_cli.core.hang.runs import HangRun, hang_runs
-from footcal_cli.core.hang.words import hang_gaps, with_unseen
+from footcal_cli.core.hang.words import hang_gaps
 from footcal_cli.core.inference.autoregression import MAX_LAGS, ChannelNoise, fit_noise
 from footcal_cli.core.inference.fit import Fit
 from footcal_cli.core.inference.linear import scaled_inverse
@@ -24,7 +24,6 @@ MAX_ORDER = 3
 _MIN_NOISE_DOF, _VARIES = 60, 1e-14
 _NOISE_ROUNDS = 4
 _INERTIAL_ROUNDS = 2
-_LEVEL_ROUNDS = 6
 _MOST_RUNS, _FEWEST_ROWS = 200, 10
 """More orientations than this, shorter than so many rows, are no log in which a robot hangs."""
 _TYPICAL_SD = np.array([1.0] * 3 + [0.1] * 3)
@@ -207,7 +206,7 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
             reduced = reduced.only(chosen.among(model))
             fit = fit_reduced(reduced, chosen, weight_n, start)
         model = chosen
-    fit, level_sd = _with_levels(reduced, model, weight_n, fit)
+    fit, level_sd = with_levels(reduced, model, weight_n, fit, times_of(runs))
     return HangFit(
         model,
         fit,
@@ -295,39 +294,6 @@ def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOption
         asked.drift,
         asked.gravity_mps2,
     )
-
-
-def fit_reduced(
-    reduced: Reduced, model: HangModel, weight_n: float, start: FloatArray | None = None
-) -> Fit:
-    """Weight, offsets, CoM and tilts at maximum likelihood; the status says what stays unknown."""
-    parameters = model.parameters(weight_n)
-    coefficients = HangResidual.of(model).coefficients
-    fit = reduced.fit(parameters, coefficients, model.coefficient_jacobian, start)
-    return with_unseen(fit)
-
-
-def _with_levels(
-    reduced: Reduced, model: HangModel, weight_n: float, fit: Fit
-) -> tuple[Fit, FloatArray]:
-    """The fit again where levels differ from hold to hold by more than the noise within one."""
-
-    def levels(before: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-        theta = fit.estimates.values
-        return reduced.level_sd(
-            HangResidual.of(model).coefficients(theta), model.coefficient_jacobian(theta),
-            fit.estimates.covariance, (slice(0, 3), slice(3, 6)), before,
-        )  # fmt: skip
-
-    sd, freedom = levels(None)
-    if not sd.any():
-        return fit, sd
-    for _ in range(_LEVEL_ROUNDS - 1):
-        fit = fit_reduced(reduced.with_levels(sd), model, weight_n, fit.estimates.values)
-        sd, _ = levels(sd)
-    # an sd from few levels: as wide as Student's intervals
-    wide = np.asarray(sd * chances.t_ppf(0.975, np.maximum(freedom, 1.0)) / chances.norm_ppf(0.975))
-    return fit_reduced(reduced.with_levels(wide), model, weight_n, fit.estimates.values), wide
 
 
 def _order_evidence(model: HangModel, fit: Fit, samples: float) -> dict[int, float]:

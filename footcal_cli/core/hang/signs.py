@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.hang.effect import HangResidual
-from footcal_cli.core.hang.joint import HangFit, HangOptions, Hung, fit_reduced, white_noise
+from footcal_cli.core.hang.joint import HangFit, HangOptions, Hung, white_noise
+from footcal_cli.core.hang.levels import fit_reduced
 from footcal_cli.core.inference.reduction import Reduced, triangle
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray

@@ -9,7 +9,7 @@ record is, and nothing is lost.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import optimize
@@ -19,6 +19,7 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.experiments.contract import Experiment, residual
 from footcal_cli.core.inference.autoregression import ChannelNoise
 from footcal_cli.core.inference.fit import Fit, fit_map
+from footcal_cli.core.inference.levels import LevelLaw, lasting_levels, whitening
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 
@@ -84,10 +85,13 @@ class Reduced:
         Factor R of the whitened regressors, shape (L, c, d, d).
     target
         ``y``: the whitened records, turned likewise, shape (L, c, d).
+    across
+        What whitens the levels of each channel across records, shape (c, L, L); None: nothing.
     """
 
     factor: FloatArray
     target: FloatArray
+    across: FloatArray | None = None
 
     @classmethod
     def of(
@@ -139,6 +143,45 @@ class Reduced:
             - along[..., None] * np.einsum("lcd,lcde->lce", a, self.factor)[..., None, :],
             self.target - along * np.sum(a * self.target, axis=-1)[..., None],
         )
+
+    def with_lasting_levels(self, covariance: FloatArray) -> Reduced:
+        """The same records with random levels that are correlated across records.
+
+        Parameters
+        ----------
+        covariance
+            Of the levels of each channel, shape (c, L, L), in the channels' units squared.
+        """
+        size = np.sqrt(np.sum(self.factor[..., 0] ** 2, axis=-1))
+        each = zip(size.T, covariance, strict=True)
+        return replace(self, across=np.stack([whitening(*one) for one in each]))
+
+    def _white(self, error: FloatArray) -> FloatArray:
+        """Errors (L, c, d, …) with their levels whitened across records."""
+        if self.across is None:
+            return error
+        a = self.factor[..., 0]
+        size = np.sqrt(np.sum(a**2, axis=-1))
+        unit = a / np.where(size > 0.0, size, 1.0)[..., None]
+        level = np.einsum("lcd,lcd...->lc...", unit, error)
+        moved = np.einsum("clk,kc...->lc...", self.across, level) - level
+        return np.asarray(error + np.einsum("lcd,lc...->lcd...", unit, moved))
+
+    def level_law(
+        self,
+        time_s: FloatArray,
+        coefficients: FloatArray,
+        slope: FloatArray,
+        group: slice,
+    ) -> LevelLaw | None:
+        """How levels of a group of channels last from record to record, as `level_sd` sees them."""
+        a = self.factor[:, group, :, 0]
+        size = np.sqrt(np.sum(a**2, axis=-1))
+        unit = a / np.where(size > 0.0, size, 1.0)[..., None]
+        error = np.einsum("lcd,lcde,lce->lc", unit, self.factor[:, group], coefficients[:, group])
+        error -= np.sum(unit * self.target[:, group], axis=-1)
+        seen = np.einsum("lcd,lcde,lcep->lcp", unit, self.factor[:, group], slope[:, group])
+        return lasting_levels(time_s, error, seen, size)
 
     def level_sd(
         self,
@@ -214,10 +257,10 @@ class Reduced:
 
         def residual(theta: FloatArray) -> FloatArray:
             seen = (self.factor @ coefficients(theta)[..., None])[..., 0]
-            return np.asarray((seen - self.target).ravel())
+            return np.asarray(self._white(seen - self.target).ravel())
 
         def slope(theta: FloatArray) -> FloatArray:
-            table = self.factor @ jacobian(theta)
+            table = self._white(self.factor @ jacobian(theta))
             return np.asarray(table.reshape(self.target.size, theta.size))
 
         return fit_map(residual, parameters, jacobian=slope, start=start)
