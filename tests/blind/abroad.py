@@ -16,7 +16,7 @@ import pandas as pd
 
 from tests.blind import foreign
 from tests.blind.abroad_ankles import ON_ANKLES
-from tests.blind.abroad_fleet import ON_FLEET
+from tests.blind.abroad_fleet_legs import ON_FLEET
 from tests.blind.abroad_legs import ON_LEGS, Hide, heavier, with_log
 from tests.blind.world import Array, Rng
 from tests.foreign import (
