@@ -61,6 +61,8 @@ class Abroad:
         ``(seed, rng) -> Recorded``.
     wiring
         Whether ``bad-data`` is a right answer too.
+    also
+        Names of what the robot truly has, whatever is hidden.
     """
 
     experiment: str
@@ -68,6 +70,7 @@ class Abroad:
     right: tuple[str, ...]
     hide: Hide
     wiring: bool = False
+    also: tuple[str, ...] = ()
 
     @property
     def beside(self) -> frozenset[str]:

@@ -22,6 +22,7 @@ from footcal_cli.core.experiments import stand
 from footcal_cli.core.inference import grams
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.scores import joint_sizes
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet
 from tests.core.test_diagnosis_bridge import Hidden, walk_case
@@ -193,17 +194,18 @@ def test_the_gain_of_the_other_leg_stays_usual_beside_a_cause() -> None:
     assert gains == {"a"}
 
 
-def test_in_a_stand_what_is_bounded_is_known_to_its_usual_size() -> None:
-    """Not the mass, which nothing bounds, and nothing in a walk."""
+@pytest.mark.parametrize("kind", ["pieces", "drifts", "neither"])
+def test_what_is_bounded_is_known_to_its_usual_size(kind: str) -> None:
+    """In stands and walks; not the mass, which nothing bounds."""
     names = ("scale_matrix", "mass", "mount_translation")
     problem: Any = SimpleNamespace(
-        pieces=True, usual_columns=slice(1, 4), usual_of_any_size=frozenset({"mass"}),
+        pieces=kind == "pieces", drifts=kind == "drifts", usual_columns=slice(1, 4),
+        usual_of_any_size=frozenset({"mass"}),
         usual_of=tuple(Signature(name, name, "left", "-") for name in names),
     )  # fmt: skip
     shared = np.arange(20, 25)  # one that is held, three usual ones, one accepted
-    assert grams._of_usual_size(problem, shared).tolist() == [21, 23]
-    problem.pieces = False
-    assert grams._of_usual_size(problem, shared).size == 0
+    expected = [] if kind == "neither" else [21, 23]
+    assert grams._of_usual_size(problem, shared).tolist() == expected
 
 
 def test_what_one_stance_alone_tells_of_a_calibration_is_taken_out_of_it() -> None:
@@ -221,3 +223,19 @@ def test_what_one_stance_alone_tells_of_a_calibration_is_taken_out_of_it() -> No
     seen[:6, 1] = np.tile([1.0, 0.0], 3)  # another stance shows it too
     again, _ = grams._without_known_to_one(seen, seen, block, kept, columns)
     np.testing.assert_allclose(again, seen)
+
+
+def test_a_cause_in_a_walk_does_not_trade_against_a_usual_imperfection_that_looks_like_it() -> None:
+    """Cells that are all elsewhere, and a CoM that is: ``argmin |y − c β − u s|² + s²`` is β."""
+    plain, usual, (delay,) = late_by(0.0)
+    rng, size = np.random.default_rng(7), 3.0
+    alike = usual + 1e-4 * rng.standard_normal(usual.shape)
+    com = Signature("com_offset", "com_correction_x", "robot", "m", (), -1.0, 1.0)
+    problem = replace(
+        plain, residual=plain.residual + size * alike[:, 0], columns=alike, signatures=(delay,),
+        usual=usual, usual_of=(com,), drifts=True,
+    )  # fmt: skip
+    made, _ = grams.whitened_grams(problem, np.empty((plain.residual.size, 0)), counted=False)
+    found, without = joint_sizes(made, made.calibration, made.candidates)
+    assert found[0] == pytest.approx(size, abs=0.15)
+    assert without.std() < 0.1

@@ -160,10 +160,11 @@ def whitened_grams(
         by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
     energy = _energies(raw, problem.output, len(problem.outputs))
     if problem.drifts:
-        if problem.held is not None:
+        held = numbers[1][: 0 if problem.held is None else problem.held.shape[1]]
+        tied = np.concatenate([held, _of_usual_size(problem, numbers[1])])
+        if tied.size:
             # in equal shares, as what is known beforehand of a calibration
-            held = numbers[1][: problem.held.shape[1]]
-            same, rows = plain is rows, with_known(rows, np.eye(held.size) / problem.blocks, held)
+            same, rows = plain is rows, with_known(rows, np.eye(tied.size) / problem.blocks, tied)
             plain = rows if same else plain
         inner = within = rows
         base = numbers[1]
@@ -251,12 +252,12 @@ def _raw_stretches(
 
 
 def _of_usual_size(problem: Problem, shared: IntArray) -> IntArray:
-    """Columns of a stand's usual imperfections whose size is bounded, each known to one of them.
+    """Columns of usual imperfections whose size is bounded, each known to one of them.
 
     Free, a gain of a per mille and a screw of a millimetre trade against each other by metres in
-    the only stance that tells them apart.
+    the only stance that tells them apart; and cells that are all elsewhere, against a CoM that is.
     """
-    if not problem.pieces:
+    if not (problem.pieces or problem.drifts):
         return shared[:0]
     bounded = [s.effect not in problem.usual_of_any_size for s in problem.usual_of]
     return np.asarray(shared[problem.usual_columns][np.array(bounded, dtype=bool)])
