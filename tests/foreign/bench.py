@@ -94,9 +94,10 @@ def placements(
         on_all[:, part] = _shares(real, pin, twist) * load[:, None]
         if distort is not None:
             on_all = distort(time_s, on_all)
-        # unloaded before each placement
+        # pressed once before all, unloaded before each placement
         apart = np.stack([np.zeros_like(on_all), on_all], axis=1).reshape(2 * n, -1)
-        felt = looped(apart, robot.kind.hysteresis, robot.weight_n)[1::2, part]
+        pressed = np.vstack([np.full((1, 2 * under), robot.weight_n), apart])
+        felt = looped(pressed, robot.kind.hysteresis, robot.weight_n)[2::2, part]
         white = 0.3 * rng.normal(size=(n, under))
         felt = felt + robot.sd_n * (white + 0.4 * slow(rng, n, under, 6.0))
         counts = np.round(robot.zero[part] + felt / robot.scale[part])
