@@ -62,6 +62,8 @@ class Abroad:
         ``(seed, rng) -> Recorded``.
     wiring
         Whether ``bad-data`` is a right answer too.
+    also
+        Names of what the robot truly has, whatever is hidden.
     """
 
     experiment: str
@@ -69,6 +71,7 @@ class Abroad:
     right: tuple[str, ...]
     hide: Hide
     wiring: bool = False
+    also: tuple[str, ...] = ()
 
     @property
     def beside(self) -> frozenset[str]:

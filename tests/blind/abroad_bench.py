@@ -20,11 +20,15 @@ from typing import Any
 
 from scipy import stats
 
-from tests.blind.abroad import CREEP, CURVES, LEVEL, SLOW, SUM, TRIALS, Abroad, make
+from tests.blind.abroad import CREEP, CURVES, LEVEL, SLOW, SUM, Abroad, make
+from tests.blind.abroad import TRIALS as OF_USUAL
+from tests.blind.abroad_fleet import fleet_trials, mixed
 from tests.blind.abroad_legs import FLIPS
 from tests.blind.diagnosing import FINE, footcal
 from tests.blind.scoring import Verdict
 
+TRIALS: Mapping[str, Abroad] = {**OF_USUAL, **fleet_trials()}
+"""By name; those of the fleet run where their names are asked for."""
 CLASSES = tuple(frozenset(c) for c in (CURVES, LEVEL, CREEP, SLOW, SUM, FLIPS))
 """Causes that one remedy serves."""
 ANSWERS = (
@@ -103,17 +107,21 @@ def answer(trial: Abroad, record: Mapping[str, Any]) -> str:
     if record["verdict"] in ("error", "not available"):
         return "error"
     said, right = Verdict.read(record), frozenset(trial.right)
-    if said.names - right:
+    true = right | frozenset(trial.also)
+    if said.names - true:
         return "WRONG"
-    if said.verdict == "ambiguous" and not any(group & right for group in said.rivals):
+    if said.verdict == "ambiguous" and not any(group & true for group in said.rivals):
         return "wrong set"
     if not right:
-        return "right" if said.verdict == "none" else said.verdict
+        own = said.verdict in ("named", "ambiguous") and bool(trial.also)
+        return "right" if said.verdict == "none" or own else said.verdict
     if said.verdict == "bad-data":
         return "right" if trial.wiring else "bad-data"
     if said.names & right:
         return "right"
     held = [group for group in said.rivals if group & right]
+    if not held and said.verdict in ("named", "ambiguous"):  # what is true, not what was hidden
+        return "none"
     if held:
         return "right" if held[0] <= right | trial.beside else "set"
     return "unknown" if said.verdict == "named+unknown" else said.verdict
@@ -127,13 +135,17 @@ def run(arguments: list[str] | None = None) -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=1, help="of each kind of trial")
     parser.add_argument("--only", default="", help="kinds that begin so")
+    parser.add_argument("--mix", action="store_true", help="of the fleet: each cause on one make")
     given = parser.parse_args(arguments)
     kept = given.out / given.stream
     kept.mkdir(parents=True, exist_ok=True)
     for number in range(given.first, given.first + given.count):
         for name, trial in TRIALS.items():
             file = kept / f"{name.replace(' ', '_')}_{number}.json"
-            if not name.startswith(given.only) or file.is_file():
+            fleet = name.startswith("fleet ")
+            if not name.startswith(given.only) or file.is_file() or (fleet and not given.only):
+                continue
+            if fleet and given.mix and not mixed(name, number):
                 continue
             folder = Path(tempfile.mkdtemp())
             record = diagnosed(trial, seed_of(given.stream, name, number), folder)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.blind.abroad import TRIALS
-from tests.blind.abroad_bench import answer, diagnosed, named_sets, seed_of
+from tests.blind.abroad_bench import TRIALS, answer, diagnosed, named_sets, seed_of
+from tests.blind.abroad_fleet import mixed
+from tests.foreign import placements
+from tests.foreign.biped import draw_biped
 
 SEEN = (
     ("placements clean", 310),
@@ -72,3 +75,35 @@ def test_a_set_counts_its_classes_and_whether_it_holds_the_cause() -> None:
     told = [answer(TRIALS[f"walk {name}"], said) for name in ("curve", "crosstalk", "clean")]
     assert told == ["set", "wrong set", "wrong set"]
     assert named_sets(TRIALS["walk curve"], {**said, "verdict": "unknown"}) == []
+
+
+def test_the_fleet_hides_each_cause_in_robots_of_every_make() -> None:
+    """Three, four and six cells; of each number every cause is in the mix once."""
+    fleet = {name: trial for name, trial in TRIALS.items() if name.startswith("fleet ")}
+    kinds = {(trial.experiment, trial.cause) for trial in fleet.values()}
+    for number in range(2):
+        mix = [trial for name, trial in fleet.items() if mixed(name, number)]
+        assert {(t.experiment, t.cause) for t in mix} == kinds
+        assert len(mix) == len(kinds)
+
+
+@pytest.mark.parametrize(("make", "under"), [(7202, 3), (7204, 4), (7005, 6)])
+def test_the_cells_under_a_foot_carry_a_weight_where_it_lies(make: int, under: int) -> None:
+    """Sum and moments of what the cells feel are those of the weight, within pins and noise."""
+    robot, recorded = draw_biped(make), placements(make, rounds=1)
+    table = recorded.logs["placements"].query("foot == 'left'")
+    assert len(robot.cells) == under
+    counts = table[[f"{cell}_counts" for cell in robot.cells]].to_numpy()
+    force = (counts - robot.zero[:under]) * robot.scale[:under]
+    load = table["load_n"].to_numpy()
+    np.testing.assert_allclose(force.sum(axis=1), load, atol=0.02 * load.max())
+    where = force @ robot.cells_m / load[:, None]
+    apart = where - table[["hole_x_m", "hole_y_m"]].to_numpy()
+    assert np.abs(apart).max() < 0.05 * np.ptp(robot.cells_m)
+
+
+def test_what_a_make_truly_has_is_neither_wrong_nor_the_hidden_cause() -> None:
+    clean, late = TRIALS["fleet walk 7010 clean"], TRIALS["fleet walk 7010 late"]
+    said = {"verdict": "named", "rivals": [], "causes": [{"effect": "mass"}], "effects": []}
+    assert [answer(trial, said) for trial in (clean, late)] == ["right", "none"]
+    assert answer(TRIALS["fleet walk 7001 clean"], said) == "WRONG"

@@ -84,3 +84,14 @@ def test_a_line_has_the_rms_of_its_wave(height: float) -> None:
     line = traces.series(hum + 0.5 * rng.standard_normal(4000), RATE_HZ).strongest
     assert line.p < 1e-6
     assert line.rms == pytest.approx(height, rel=0.15)
+
+
+def test_what_repeats_with_every_swing_is_no_line_at_two_kilohertz_either() -> None:
+    """A plate that swings leaves a shape far larger than the noise, and a part is many samples."""
+    rng, rate_hz = np.random.default_rng(6), 2000.0
+    time_s = np.arange(int(rate_hz * 20.0)) / rate_hz
+    phase = (time_s[:, None] + 0.5 * (np.arange(2) % 2)) % 1.0
+    shaken = 5.0 * np.sin(2 * np.pi * 2.5 * phase)
+    forces = shaken + rng.standard_normal((time_s.size, 2))
+    found = swing_series(time_s, forces, phase < 0.4, ("left", "right"), rate_hz)
+    assert found.strongest.p > 2e-3

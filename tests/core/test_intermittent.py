@@ -146,3 +146,14 @@ def test_feet_that_step_together_have_no_loose_contact() -> None:
     counts = rng.normal(8e6, 300.0, (N, 4))
     counts[lost(rng, 12)] += [1e6, 8e5, 5e5, 9e5]
     assert check_loose_cells(counts, ["fl", "fr", "rl", "rr"]) == []
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_touch_down_that_is_over_within_a_sample_is_no_loose_contact(seed: int) -> None:
+    """At 30 Hz a heel has its load at once, and the toe gets its own over some samples."""
+    rng = np.random.default_rng(seed)
+    phase = np.arange(1500) % 15 + rng.uniform(0.0, 1.0)
+    heel = np.interp(phase, [3.2, 3.8, 11.2, 11.8], [0.0, 1.0, 0.9, 0.0])
+    toe = np.interp(phase, [2.0, 6.0, 8.0, 12.0], [0.0, 0.45, 0.6, 0.0])
+    counts = 800.0 * np.stack([heel, toe], axis=1) + 3.0 * rng.standard_normal((1500, 2))
+    assert check_loose_cells(np.round(counts), ["heel", "toe"]) == []

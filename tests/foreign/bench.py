@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from tests.foreign.biped import CELLS, FEET, draw_biped
+from tests.foreign.biped import FEET, draw_biped
 from tests.foreign.files import Recorded
 from tests.foreign.loggers import Drift, converted, looped
 from tests.foreign.noise import Array, slow, stream
@@ -66,15 +66,18 @@ def placements(
 
     Parameters
     ----------
-    distort : a hidden cause; it sees the loads (n, 8)
-    moved_m : (8, 2) where the cells really are, less where the recipe has them
+    distort : a hidden cause; it sees the loads (n, cells of both feet)
+    moved_m : (cells of both feet, 2) where the cells really are, less where the recipe has them
     """
     robot, rng = draw_biped(seed), stream(seed, "placements")
-    moved = np.zeros((8, 2)) if moved_m is None else moved_m
+    under = len(robot.cells)
+    moved = np.zeros((2 * under, 2)) if moved_m is None else moved_m
     frames = []
     for side, foot in enumerate(FEET):
         middle = robot.cells_m.mean(axis=0)
-        half = robot.cells_m[0] - middle
+        half = np.max(robot.cells_m - middle, axis=0)
+        if under == 3:  # a hole outside the triangle would tip the plate
+            half = 0.5 * half
         grid = np.stack(np.meshgrid(np.linspace(-0.6, 0.6, 5), [-0.5, 0.0, 0.5], indexing="ij"), -1)
         holes = np.round(grid.reshape(-1, 2) * half + middle, 4)
         known = np.round(robot.weight_n * np.array([0.3, 0.7]), 2)
@@ -84,16 +87,19 @@ def placements(
         time_s = np.arange(n, dtype=np.float64) * 15.0 + 3600.0 * side
         load = known[order[:, 1]]
         pin = holes[order[:, 0]] + PIN_PLAY_M * rng.normal(size=(n, 2))
-        real = robot.cells_m + moved[4 * side : 4 * side + 4]
-        on_all = np.zeros((n, 8))
-        on_all[:, 4 * side : 4 * side + 4] = (
-            _shares(real, pin, 0.04 * rng.normal(size=n)) * load[:, None]
-        )
+        part = slice(under * side, under * side + under)
+        real = robot.cells_m + moved[part]
+        on_all = np.zeros((n, 2 * under))
+        twist = 0.04 * rng.normal(size=(n, under - 3))
+        on_all[:, part] = _shares(real, pin, twist) * load[:, None]
         if distort is not None:
             on_all = distort(time_s, on_all)
-        felt = on_all[:, 4 * side : 4 * side + 4]
-        felt = felt + robot.sd_n * (0.3 * rng.normal(size=(n, 4)) + 0.4 * slow(rng, n, 4, 6.0))
-        part = slice(4 * side, 4 * side + 4)
+        # pressed once before all, unloaded before each placement
+        apart = np.stack([np.zeros_like(on_all), on_all], axis=1).reshape(2 * n, -1)
+        pressed = np.vstack([np.full((1, 2 * under), robot.weight_n), apart])
+        felt = looped(pressed, robot.kind.hysteresis, robot.weight_n)[2::2, part]
+        white = 0.3 * rng.normal(size=(n, under))
+        felt = felt + robot.sd_n * (white + 0.4 * slow(rng, n, under, 6.0))
         counts = np.round(robot.zero[part] + felt / robot.scale[part])
         frames.append(
             pd.DataFrame(
@@ -103,7 +109,7 @@ def placements(
                     "hole_x_m": holes[order[:, 0], 0],
                     "hole_y_m": holes[order[:, 0], 1],
                     "load_n": load,
-                    **{f"{c}_counts": counts[:, i] for i, c in enumerate(CELLS)},
+                    **{f"{c}_counts": counts[:, i] for i, c in enumerate(robot.cells)},
                     "repeat": np.repeat(np.arange(rounds), len(visits)) + 1,
                     "time_s": time_s,
                 }
@@ -118,8 +124,8 @@ def _rank(loads: Array, ladder: Array) -> np.ndarray[tuple[int], np.dtype[np.int
 
 
 def _shares(cells: Array, point: Array, twist: Array) -> Array:
-    """Parts of a weight (n, 4): exact in sum and moments; the plate rocks by `twist`."""
-    grid = np.column_stack([np.ones(4), cells])
+    """Parts of a weight (n, c): exact in sum and moments; the plate rocks by `twist` (n, c − 3)."""
+    grid = np.column_stack([np.ones(len(cells)), cells])
     least = np.linalg.pinv(grid.T) @ np.column_stack([np.ones(len(point)), point]).T
-    free = np.linalg.svd(grid.T)[2][-1]
-    return np.asarray(least.T + twist[:, None] * free)
+    free = np.linalg.svd(grid.T)[2][3:]
+    return np.asarray(least.T + twist @ free)

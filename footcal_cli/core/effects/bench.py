@@ -65,7 +65,7 @@ WRONG_WEIGHT = Effect(
     stage=Stage.BENCH,
     scope=Scope.ROBOT,
     parameters=(
-        EffectParameter("label_correction", "N", 0.0, -20.0, 20.0, 0.1),
+        EffectParameter("label_correction", "N", 0.0, -1e3, 1e3, 0.1),
         EffectParameter(
             "label", "N", 5.0, 1e-3, 1e4, 5.0, True, (0.5, 1.0, 2.0, 5.0, 10.0, 20.0), GridOf.LABEL
         ),

@@ -212,7 +212,7 @@ DEAD_ZONE = Effect(
     parameters=(
         EffectParameter("dead_zone", "-", 0.0, -0.9, 0.95, 0.1),
         EffectParameter(
-            "dead_zone_width", "N", 4.0, 0.05, 200.0, 4.0, True, (0.05, 0.1, 0.2, 0.4), GridOf.LOAD
+            "dead_zone_width", "N", 4.0, 0.02, 1e4, 4.0, True, (0.05, 0.1, 0.2, 0.4), GridOf.LOAD
         ),
     ),
     apply=on_readings(_deaden),
@@ -233,7 +233,7 @@ HINGE = Effect(
     parameters=(
         EffectParameter("hinge", "-", 0.0, -0.9, 3.0, 0.1),
         EffectParameter(
-            "hinge_load", "N", 8.0, 0.05, 500.0, 8.0, True, (0.1, 0.2, 0.4, 0.6, 0.8), GridOf.LOAD
+            "hinge_load", "N", 8.0, 0.02, 1e4, 8.0, True, (0.1, 0.2, 0.4, 0.6, 0.8), GridOf.LOAD
         ),
     ),
     apply=on_readings(_hinge),
@@ -307,7 +307,7 @@ SATURATION = Effect(
             "saturation_limit",
             "N",
             20.0,
-            0.05,
+            0.02,
             1e4,
             20.0,
             True,

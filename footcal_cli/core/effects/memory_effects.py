@@ -169,8 +169,8 @@ HYSTERESIS = Effect(
             "hysteresis_reach",
             "N",
             4.0,
-            0.8,
-            500.0,
+            0.02,
+            1e4,
             4.0,
             True,
             (0.05, 0.1, 0.2, 0.4, 0.8),
@@ -265,7 +265,7 @@ WARM_UP = Effect(
     scope=Scope.CHANNEL,
     by_column=True,
     parameters=(
-        EffectParameter("zero_warm_up", "N", 0.0, -100.0, 100.0, 0.5),
+        EffectParameter("zero_warm_up", "N", 0.0, -1e3, 1e3, 0.5),
         EffectParameter(
             "warm_up_time",
             "s",
@@ -296,7 +296,7 @@ BIAS_JUMP = Effect(
     scope=Scope.CHANNEL,
     by_column=True,
     parameters=(
-        EffectParameter("bias_jump", "N", 0.0, -100.0, 100.0, 0.5),
+        EffectParameter("bias_jump", "N", 0.0, -1e3, 1e3, 0.5),
         moment("jump_time", 10),
     ),
     apply=on_readings(plus_since(_jump)),
