@@ -24,8 +24,14 @@ SEEN = (
 """Kind and number: causes ended unnamed or absorbed before, clean logs were left alone."""
 
 
-ANKLES = (("ankles mirrored", 701), ("ankles jump", 701), ("ankles clean", 702))
-"""Walks on six-axis ankles: named cross coupling and unknown before, the clean one unknown."""
+ANKLES = (
+    ("ankles mirrored", 701),
+    ("ankles jump", 701),
+    ("ankles clean", 702),
+    ("stance clean", 701),
+)
+"""Walks on six-axis ankles: named cross coupling, unknown, and unknown
+(clean) before; the stand ended in an internal error."""
 
 
 @pytest.mark.parametrize(("name", "number"), ANKLES)

@@ -52,7 +52,11 @@ def at_its_change_point(
     if moment is None:
         return signature
     found = dict(signature.shape)[moment]
-    known = [dict(s.shape)[moment] for s in subject.problem.signatures if s.effect == effect.name]
+    # an axis that carries nothing has a signature without a shape
+    known = [
+        dict(s.shape)[moment] for s in subject.problem.signatures
+        if s.effect == effect.name and s.shape
+    ]  # fmt: skip
     log = max(subject.case.logs, key=len)
     times = _between_neighbours(log, np.unique([found, *known]), found)
     if is_one_stream(subject.problem):  # or from one attitude to the next, which are few

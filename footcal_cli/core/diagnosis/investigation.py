@@ -242,6 +242,11 @@ def _searched(
     strict = replace(rules, share_set=1.0)
     sized = _at_its_size(subject, path)
     verdict, share = judged(subject, sized, strict, seed)
+    small = path.causes and not large and subject.case.finding_nm > 0.0
+    if small and not _matters(subject, path, beside=False):
+        # of a log without L̇ whose moments are off by no more than that, no lever has a sure name
+        yield path, Verdict.NONE, share
+        return
     if verdict is Verdict.NAMED_UNKNOWN and not _matters(subject, path, beside=True):
         yield path, Verdict.NAMED, share
         return
@@ -267,10 +272,8 @@ def _searched(
         yield path, verdict, share
         return
     # what a set of rivals leaves may be a second cause, before it is their form
-    another = _another_way(subject, path, strict, seed) or _without_first(
-        subject, path, strict, seed
-    )
-    if another:
+    another = _another_way(subject, path, strict, seed)
+    if another := another or _without_first(subject, path, strict, seed):
         yield another
     yield (path, *judged(subject, sized, rules, seed))
 
