@@ -314,6 +314,9 @@ def fleet_trials() -> Mapping[str, Abroad]:
 
 def mixed(name: str, number: int) -> bool:
     """Whether a fleet trial is in the mix of a number: each cause once, on one make."""
-    experiment, make, cause = name.removeprefix("fleet ").split(" ", 2)
+    experiment, make, *rest = name.removeprefix("fleet ").split(" ", 2)
+    if not make.isdigit():
+        return False  # of legs, whose makes are drawn
+    cause = " ".join(rest)
     at = next(i for i, k in enumerate(_KINDS) if k[:2] == (experiment, cause.replace("clean", "")))
     return MAKES[(5 * number + 7 * at) % len(MAKES)] == int(make)

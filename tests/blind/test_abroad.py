@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.blind.abroad_bench import TRIALS, answer, diagnosed, named_sets, seed_of
-from tests.blind.abroad_fleet import mixed
+from tests.blind.abroad_fleet import fleet_trials, mixed
 from tests.foreign import placements
 from tests.foreign.biped import draw_biped
 
@@ -85,7 +85,7 @@ def test_a_set_counts_its_classes_and_whether_it_holds_the_cause() -> None:
 
 def test_the_fleet_hides_each_cause_in_robots_of_every_make() -> None:
     """Three, four and six cells; of each number every cause is in the mix once."""
-    fleet = {name: trial for name, trial in TRIALS.items() if name.startswith("fleet ")}
+    fleet = fleet_trials()
     kinds = {(trial.experiment, trial.cause) for trial in fleet.values()}
     for number in range(2):
         mix = [trial for name, trial in fleet.items() if mixed(name, number)]

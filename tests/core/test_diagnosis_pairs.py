@@ -213,13 +213,22 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
             path=path, verdict=said, stable=0.0, holds=kept[len(path.causes)]
         ),
     )
-    monkeypatch.setattr(investigation, "_named", lambda _, stands: (stands.verdict, stands.path))
+
+    @dataclass(frozen=True)
+    class Said:
+        verdict: Verdict
+        path: SimpleNamespace
+        found: tuple[()] = ()
+
+    monkeypatch.setattr(
+        investigation, "_named", lambda _, stands: Said(stands.verdict, stands.path)
+    )
+    monkeypatch.setattr(investigation, "_sized", lambda *_: True)
     monkeypatch.setattr(
         investigation, "_without_name", lambda _subject, path, said, _share: Nameless(said, path)
     )
     found = investigate(case, TABLE, describe, RULES)
-    said, path = found if isinstance(found, tuple) else (found.verdict, found.path)  # type: ignore[attr-defined]
-    assert (said, len(path.causes)) == (verdict, names)
+    assert (found.verdict, len(found.path.causes)) == (verdict, names)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
@@ -277,7 +286,9 @@ def test_what_leaves_next_to_nothing_is_an_answer_and_a_large_residual_is_never_
     }.items():  # fmt: skip
         monkeypatch.setattr(investigation, name, lambda *_, value=value, **__: value)
     monkeypatch.setattr(investigation, "judged", judge)
-    subject = SimpleNamespace(problem=SimpleNamespace(pieces=True))
+    subject = SimpleNamespace(
+        problem=SimpleNamespace(pieces=True), case=SimpleNamespace(finding_nm=0.0)
+    )
     answers = investigation._searched(subject, None, RULES, 0, large=large)  # type: ignore[arg-type]
     assert next(answers)[1] is verdict
 

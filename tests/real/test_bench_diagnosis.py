@@ -72,7 +72,7 @@ def test_force_plate_without_forces_is_refused(diagnose: Diagnose) -> None:
         "forceplate-cop-points/points_frames.csv", "forceplate_cop_points.toml", "placements"
     )
     assert answer.exit_code == 2
-    assert "names no cells" in answer.err
+    assert "no cells of a foot are described" in answer.err
 
 
 def test_one_stance_on_insoles_is_too_little(diagnose: Diagnose, tmp_path: Path) -> None:

@@ -202,7 +202,9 @@ def _moving(readings: FloatArray) -> BoolArray:
         for at, seen in ((slice(by, None), slice(-by)), (slice(-by), slice(by, None))):
             lowest[at] = np.fmin(lowest[at], readings[1:][seen])
             highest[at] = np.fmax(highest[at], readings[1:][seen])
-    spans = np.subtract(*np.nanpercentile(readings, [98, 2], axis=0))
+    spans = np.zeros(readings.shape[1])
+    there = np.isfinite(readings).any(axis=0)
+    spans[there] = np.subtract(*np.nanpercentile(readings[:, there], [98, 2], axis=0))
     return np.asarray(highest - lowest > _MOVED * spans)
 
 

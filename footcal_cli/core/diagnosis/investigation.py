@@ -163,7 +163,7 @@ def investigate(
         stands = standing(subject, way, verdict, share, rules, seed)
         if stands.holds:
             answer = _named(subject, stands)
-            if verdict is not Verdict.NAMED or _sized(stands.path, answer.found, problem.blocks):
+            if verdict is not Verdict.NAMED or _sized(problem, stands.path, answer.found):
                 return answer
         # what was chosen without a block does not predict it, or is chosen only with all of them
         matters = large or _matters(subject, way, beside=False)
@@ -172,11 +172,11 @@ def investigate(
     return last or _without_name(subject, baseline, Verdict.NONE, 0.0)
 
 
-def _sized(path: Path, found: Sequence[Found], blocks: int) -> bool:
+def _sized(problem: Problem, path: Path, found: Sequence[Found]) -> bool:
     rules, model = path.rounds[0].rules, path.model
     return all(
         is_sized(f.effect, f.cause, dict(zip(f.parameter_names, f.intervals, strict=True)), model,
-                 blocks, rules.alpha_name)
+                 problem.blocks, rules.alpha_name)
         for f in found
     )  # fmt: skip
 

@@ -157,17 +157,20 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
         return None
     cause = _untested(signature, jump.p)
     model = refitted_with(subject, [cause], None)
-    if len(subject.table[signature.effect].sizes) > 1:
+    if problem.drifts and len(subject.table[signature.effect].sizes) > 1:
         # what jumped by many usual sizes along one axis did so along others
         model = refitted_with(subject, [cause], model)
     model = replace(model, intervals=_of_one_step(subject, cause, model, jump))
+    if all(i.low <= 0.0 <= i.high for i in model.intervals):
+        return None
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
     ended = continued(subject, begun, model, seed)
     left = once_beside(ended.current, ended.current.fitted)
     form = left.is_form_of(jump, rules.second_share)
     if not problem.drifts and max(ended.share, jump.share) < rules.share_partly:
         return None  # of a zero that drifts a step is a part; of one that jumps it is all
-    return ended if form or left.p >= rules.alpha_unknown * LEVEL_SHARE["spell"] else None
+    quiet = left.p >= rules.alpha_unknown * LEVEL_SHARE["spell"] or not left.matters
+    return ended if form or quiet else None
 
 
 def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tuple[Interval, ...]:

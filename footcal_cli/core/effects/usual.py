@@ -51,12 +51,13 @@ _HARMONICS = 6
 def _of_the_gait(log: Log, theta: Theta) -> FloatArray:
     if "gait_phase" not in log.known:
         return np.zeros((1, 2))
-    phase = 2.0 * np.pi * np.nan_to_num(log.known["gait_phase"])
+    phase = 2.0 * np.pi * log.known["gait_phase"]
     along = np.zeros((2, len(log)))
     for axis, course in zip("xy", along, strict=True):
         for k in range(1, _HARMONICS + 1):
             course += theta[f"gait_moment_{axis}_sin{k}"][0] * np.sin(k * phase)
             course += theta[f"gait_moment_{axis}_cos{k}"][0] * np.cos(k * phase)
+    along = np.nan_to_num(along)  # no whole cycle
     return turned(np.vstack([along, np.zeros(len(log))]).T, heading_rad(log))[:, :2]
 
 

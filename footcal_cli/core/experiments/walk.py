@@ -223,8 +223,6 @@ OF_A_MODEL = Imperfection(
 OF_THE_BODY = (
     Imperfection(ANGULAR_MOMENTUM, {"angmom_loss": 0.1}),
     Imperfection(LIMB_SWING, {"limb_swing_x": 0.2, "limb_swing_y": 0.2}, bounded=False),
-    Imperfection(GAIT_MOMENT, {p.name: p.prior_sd for p in GAIT_MOMENT.sizes}, bounded=False),
-    Imperfection(LEG_SWING, {p.name: p.prior_sd for p in LEG_SWING.sizes}, bounded=False),
     Imperfection(DELAY, {DELAY.size.name: 0.002}, covers=(LAG.name,)),
     Imperfection(ACCELERATION_DELAY, {ACCELERATION_DELAY.size.name: 0.005}),
     Imperfection(SMOOTHING, {"smoothing": 5e-4}, bounded=False),
@@ -235,6 +233,8 @@ that are off by milliseconds, differences over a window of some, a CAD model of 
 OF_STEPS = (
     Imperfection(CHANGE_OF_FOOT, {p.name: 0.1 for p in CHANGE_OF_FOOT.sizes}),
     Imperfection(LEG_MASS, {"leg_mass": 0.01}),
+    Imperfection(LEG_SWING, {p.name: p.prior_sd for p in LEG_SWING.sizes}, bounded=False),
+    Imperfection(GAIT_MOMENT, {p.name: p.prior_sd for p in GAIT_MOMENT.sizes}, bounded=False),
 )
 """Of feet that are swung, and of what carries the odometry from one to the other."""
 OF_TRANSDUCERS = (

@@ -15,6 +15,8 @@ from footcal_cli.core.parameters import FloatArray
 _RCOND, _RANK = 1e-9, 1e-8
 _PLACED = (*OF_THE_LOGS, GridOf.SPAN)
 """Grids of shapes that no step moves: the logs bring them, or a search beforehand finds them."""
+_OF_ONE_ROBOT = ("N", "Nm")
+"""Units whose usual size is that of a robot of some kilograms; a share is one of any robot's."""
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
 _AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
@@ -68,7 +70,7 @@ def seen(
     calibration, columns = _beside_what_is_known(problem, columns)
     times = [
         abs(values[f.name] - f.parameter.neutral) / f.parameter.prior_sd
-        for f in freed if f.named and not f.is_shape
+        for f in freed if f.named and not f.is_shape and f.parameter.unit in _OF_ONE_ROBOT
     ]  # fmt: skip
     usual = max(1.0, *times) if times else 1.0
     sizes = _sizes_seen(freed, problem, calibration, columns, usual)

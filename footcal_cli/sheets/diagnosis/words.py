@@ -140,7 +140,7 @@ def share_text(share: float, *, sign: bool = False) -> str:
 
 def share_interval(low: float, high: float, decimals: int = 1) -> str:
     """The bounds of such a share in per cent: ``[3.0, 4.7]``, ``[< −100, 4.7]``."""
-    texts = (f"{100 * max(x, -1.0):z.1f}".replace("-", "−") for x in (low, high))
+    texts = (f"{100 * max(x, -1.0):z.{decimals}f}".replace("-", "−") for x in (low, high))
     low_text, high_text = (
         f"< {text}" if x < -1.0 else text for x, text in zip((low, high), texts, strict=True)
     )
