@@ -156,7 +156,7 @@ MOUNT_TRANSLATION = Effect(
     experiments=("pose", "stand", "walk"),
     formula="τ_measured = τ − p̃ × f: true origin = nominal origin + p̃, in nominal transducer axes",
     source="Wu & Revzen, eqs. (8)(9)",
-    remedy="calibrate: pose-calib; check the hip's screws and spacers",
+    remedy="calibrate: pose-calib; check the transducer's screws and spacers",
     mimics=("com_offset", "leg_com", "scale_matrix"),
     separates="standing poses with large internal forces; the sum with p_BC is all that shows",
 )
