@@ -104,7 +104,8 @@ def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[
     small = _repeats(found)
     rest = "No other effect passes the tests"
     if small is not None:
-        rest = "What else repeats is too small to matter"
+        large = any(item.matters for item in found.nameless)
+        rest = "What else repeats " + ("has no name" if large else "is too small to matter")
     sentence = f"{lead}: {causes_words(found)}. {gain_words(found)}. {rest}."
     last = found.rounds[-1].before
     other = next_best(found)
