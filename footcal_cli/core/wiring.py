@@ -27,6 +27,10 @@ TWIN = 0.08
 0.01 to 0.03 of copied channels, 0.2 and more of any other two."""
 SILENT, MOVING = 0.1, 0.3
 """Shares of the usual spread below which a cell stands still, and above which it moves."""
+CARRIED = 0.15
+"""Share of a foot's load that it carries while it moves where its readings are another's: 0.3 to
+0.5, and less than 0.05 where they are its own."""
+_RESTING = 0.05
 _FEWEST_WINDOWS = 5
 _FEWEST_ROWS = 20
 
@@ -222,12 +226,6 @@ def check_exchanged_feet(
             "lift one foot by hand; exchange the plugs or the names in the recipe",
         )
     ]  # fmt: skip
-
-
-CARRIED = 0.15
-"""Share of a foot's load that it carries while it moves where its readings are another's: 0.3 to
-0.5, and less than 0.05 where they are its own."""
-_RESTING = 0.05
 
 
 def _exchanged_finding(first: str, second: str, ratio: float) -> Finding:

@@ -18,6 +18,7 @@ from tests.blind import foreign
 from tests.blind.abroad_ankles import ON_ANKLES
 from tests.blind.abroad_fleet_legs import ON_FLEET
 from tests.blind.abroad_legs import ON_LEGS, Hide, heavier, with_log
+from tests.blind.abroad_streams import averaged, lateness
 from tests.blind.world import Array, Rng
 from tests.foreign import (
     CELLS,
@@ -242,27 +243,12 @@ def _fast_clock(ppm: float) -> Callable[[pd.DataFrame], pd.DataFrame]:
     return changed
 
 
-def _averaged(rng: Rng) -> Callable[[pd.DataFrame], pd.DataFrame]:
-    """What was differentiated is the mean of the last samples; positions are not averaged."""
-    window_s = rng.uniform(0.05, 0.11)
-
-    def changed(body: pd.DataFrame) -> pd.DataFrame:
-        samples = round(window_s / float(np.median(np.diff(body["time_s"]))))
-        for name in body.columns[body.columns.str.match("com_acc|angmom_rate")]:
-            body[name] = body[name].rolling(samples, min_periods=1).mean()
-        return body
-
-    return changed
-
-
 def _walking(seed: int, distort: Distort | None = None, **options: Any) -> Recorded:
     return joined(walk(seed, seconds=SECONDS, distort=distort, **options), weights(seed))
 
 
 def _late(seed: int, rng: Rng) -> Recorded:
-    more = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.03, 0.1))
-    delay = float(rng.uniform(0.11, 0.13)) if more > 0 else float(rng.uniform(0.0, 0.02))
-    return _walking(seed, delay_s=delay, stated_delay_s=delay - more)
+    return _walking(seed, **lateness(rng))
 
 
 def _standing(seed: int, distort: Distort | None = None) -> Recorded:
@@ -370,7 +356,7 @@ _ON_FEET: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
     ("walk", "accelerometer", LEVEL, _told(_walking, lambda r: _pushed(ACC, 0.15, r))),
     ("walk", "CoM", LEVEL, _told(_walking, lambda r: _pushed(COM, 0.009, r))),
     ("walk", "late", LATE, _late),
-    ("walk", "averaged", ("acceleration_delay",), _told(_walking, _averaged)),
+    ("walk", "averaged", ("acceleration_delay",), _told(_walking, averaged)),
     ("walk", "clock", ("clock_drift",), _told(_walking, _clock)),
     ("walk", "hysteresis", ("hysteresis",), _felt(_walking, lambda r: _loop(r, 0.07))),
     ("walk", "crosstalk", ("crosstalk",), _felt(_walking, lambda r: _hearing(0.05))),

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from tests.blind.abroad_legs import FLIPS, Hide, heavier, with_log
+from tests.blind.abroad_streams import averaged, lateness
 from tests.blind.world import Array, Rng
 from tests.foreign import Recorded, stand, walk
 from tests.foreign.ankles import AXES, UNITS
@@ -173,17 +174,11 @@ def _com(seed: int, rng: Rng) -> Recorded:
 
 
 def _late(seed: int, rng: Rng) -> Recorded:
-    more = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.03, 0.1))
-    delay = float(rng.uniform(0.11, 0.13)) if more > 0 else float(rng.uniform(0.0, 0.02))
-    return _walking(seed, delay_s=delay, stated_delay_s=delay - more)
+    return _walking(seed, **lateness(rng))
 
 
 def _averaged(body: pd.DataFrame, rng: Rng) -> pd.DataFrame:
-    window_s = rng.uniform(0.05, 0.11)
-    samples = max(round(window_s / float(np.median(np.diff(body["time_s"])))), 2)
-    for name in body.columns[body.columns.str.match("com_acc|angmom_rate")]:
-        body[name] = body[name].rolling(samples, min_periods=1).mean()
-    return body
+    return averaged(rng)(body)
 
 
 ON_ANKLES: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
@@ -202,7 +197,12 @@ ON_ANKLES: tuple[tuple[str, str, tuple[str, ...], Hide], ...] = (
     ("ankles", "mass", ("mass",), lambda s, r: heavier(_walking(s), 0.06)),
     ("ankles", "CoM", LEVEL, _com),
     ("ankles", "late", ("delay", "lag"), _late),
-    ("ankles", "averaged", ("acceleration_delay",), _on_body(_walking, _averaged)),
+    (
+        "ankles",
+        "averaged",
+        ("acceleration_delay",),
+        _on_body(_walking, _averaged),
+    ),
     ("stance", "", (), lambda s, r: _standing(s)),
 )
 """Experiment, cause, names that are right, how it is hidden; walks (ankles), stands (stance).

@@ -24,7 +24,6 @@ from tests.blind.abroad import (
     SUM,
     WIRING,
     Abroad,
-    _averaged,
     _clock,
     _exchanged,
     _mislabelled_weight,
@@ -32,6 +31,7 @@ from tests.blind.abroad import (
     _rested,
 )
 from tests.blind.abroad_legs import Hide, heavier, with_log
+from tests.blind.abroad_streams import averaged, lateness
 from tests.blind.world import Array, Rng
 from tests.foreign import Distort, Recorded, joined, placements, stand, walk, weights
 from tests.foreign.biped import draw_biped
@@ -198,12 +198,7 @@ def _body(record: Record, change: Heard) -> Of:
 
 
 def _late(make: int) -> Hide:
-    def hidden(seed: int, rng: Rng) -> Recorded:
-        more = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.03, 0.1))
-        delay = float(rng.uniform(0.11, 0.13)) if more > 0 else float(rng.uniform(0.0, 0.02))
-        return _walking(make, seed, delay_s=delay, stated_delay_s=delay - more)
-
-    return hidden
+    return lambda seed, rng: _walking(make, seed, **lateness(rng))
 
 
 def _elsewhere(make: int) -> Hide:
@@ -281,7 +276,7 @@ _KINDS: tuple[tuple[str, str, tuple[str, ...], Of], ...] = (
     ("walk", "accelerometer", LEVEL, _body(_walking, lambda r, h: _pushed(ACC, 0.15, r))),
     ("walk", "CoM", LEVEL, _body(_walking, lambda r, h: _pushed(COM, 0.035 * h, r))),
     ("walk", "late", LATE, _late),
-    ("walk", "averaged", ("acceleration_delay",), _body(_walking, lambda r, h: _averaged(r))),
+    ("walk", "averaged", ("acceleration_delay",), _body(_walking, lambda r, h: averaged(r))),
     ("walk", "clock", ("clock_drift",), _body(_walking, lambda r, h: _clock(r))),
     ("walk", "hysteresis", ("hysteresis",), _felt(_walking, _law(_loop(0.07)))),
     ("walk", "crosstalk", ("crosstalk",), _felt(_walking, _heard(0.05))),

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-
-import numpy as np
+from functools import cache
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.engine import left_apart, leftover
 from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
-from footcal_cli.core.diagnosis.material import Nameless, nameless_of
+from footcal_cli.core.diagnosis.material import Nameless, line_over_smallest, nameless_of
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.path import (
     Path,
@@ -31,7 +30,6 @@ from footcal_cli.core.diagnosis.verdicts import CLEAR, NAMING, judged
 from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.inference.case import Case, Rows, rows_of
 from footcal_cli.core.inference.evidence import Interval
-from footcal_cli.core.inference.lines import Line
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.whitening import has_single_rows
@@ -242,18 +240,23 @@ def _searched(
     strict = replace(rules, share_set=1.0)
     sized = _at_its_size(subject, path)
     verdict, share = judged(subject, sized, strict, seed)
+
+    @cache
+    def matters(*, beside: bool) -> bool:
+        return _matters(subject, path, beside=beside)
+
     small = path.causes and not large and subject.case.finding_nm > 0.0
-    if small and not _matters(subject, path, beside=False):
+    if small and not matters(beside=False):
         # of a log without L̇ whose moments are off by no more than that, no lever has a sure name
         yield path, Verdict.NONE, share
         return
-    if verdict is Verdict.NAMED_UNKNOWN and not _matters(subject, path, beside=True):
+    if verdict is Verdict.NAMED_UNKNOWN and not matters(beside=True):
         yield path, Verdict.NAMED, share
         return
     alone = len(path.causes) == 1 and verdict is Verdict.UNKNOWN
-    explains = alone and _matters(subject, path, beside=False)
-    alone = explains or (alone and path.share >= rules.later_share)
-    if alone and not _matters(subject, path, beside=True):
+    explains = alone and matters(beside=False)
+    much = explains or path.share >= rules.later_share
+    if alone and much and not matters(beside=True):
         # what one name leaves of its form does not matter: it need not explain all of that, and
         # none of it where it is next to nothing, or where all that mattered is explained
         little = explains or path.share >= rules.share_form
@@ -265,7 +268,7 @@ def _searched(
             return
     weak = subject.problem.pieces and any(c.p > rules.alpha_small for c in path.causes)
     unsure = verdict is Verdict.UNKNOWN or (weak and verdict is Verdict.AMBIGUOUS)
-    if unsure and not large and not _matters(subject, path, beside=False):
+    if unsure and not large and not matters(beside=False):
         yield path, Verdict.NONE, share
         return
     if verdict is not Verdict.UNKNOWN:
@@ -294,20 +297,11 @@ def _at_its_size(subject: Subject, path: Path) -> Path:
     if not left_apart(last.before, last.rules):
         return path
     found, before = _nameless(subject, path, beside=True), last.before
-    if _line_rms(path.current, before.line, found) < 1.0:
+    if line_over_smallest(path.current, before.line, found) < 1.0:
         before = replace(before, line=replace(before.line, p=1.0))
     if subject.problem.rate_hz <= 0 and all(i.whole < i.smallest for i in found):
         before = replace(before, spell_p=1.0)
     return replace(path, rounds=(*path.rounds[:-1], replace(last, before=before)))
-
-
-def _line_rms(problem: Problem, line: Line, found: Sequence[Nameless]) -> float:
-    """RMS of a line over what matters of its output; infinite where its channel is no output."""
-    if problem.traces is None or problem.raw is not None or line.name not in problem.traces.names:
-        return np.inf
-    mine = problem.traces.channel == problem.traces.names.index(line.name)
-    output, noise = problem.output[mine][0], float(problem.noise[mine][0])
-    return float(line.rms * noise / found[output].smallest)
 
 
 def _nameless(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:

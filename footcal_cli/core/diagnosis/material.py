@@ -6,6 +6,7 @@ than what matters to the user.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.lines import Line
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.parameters import FloatArray
@@ -101,6 +103,15 @@ def nameless_of(
             strict=True,
         )
     )
+
+
+def line_over_smallest(problem: Problem, line: Line, found: Sequence[Nameless]) -> float:
+    """RMS of a line over what matters of its output; infinite where its channel is no output."""
+    if problem.traces is None or problem.raw is not None or line.name not in problem.traces.names:
+        return np.inf
+    mine = problem.traces.channel == problem.traces.names.index(line.name)
+    output, noise = problem.output[mine][0], float(problem.noise[mine][0])
+    return float(line.rms * noise / found[output].smallest)
 
 
 def left_over(problem: Problem) -> FloatArray:
