@@ -161,7 +161,10 @@ def _investigated(
     group: Group | None = None,
 ) -> tuple[CaseRead, Investigation]:
     """One experiment read and investigated by itself."""
+    from dataclasses import replace
+
     from footcal_cli.core.diagnosis.investigation import investigate
+    from footcal_cli.core.diagnosis.known_gain import with_known_gain
     from footcal_cli.core.diagnosis.signals import describe
     from footcal_cli.core.quality import stopping
     from footcal_cli.intake.cases import read_case
@@ -178,7 +181,14 @@ def _investigated(
             read.case, read.testable(table), describe, rules, session.request.seed,
             stopped=bool(stopping(read.findings)), advance=advance,
         )  # fmt: skip
-    return read, found
+        again = with_known_gain(
+            found, read.all_alike(table), describe, rules, session.request.seed, advance
+        )
+    if again is found:
+        return read, found
+    tested = {item.effect.name for item in again.found}
+    untested = {name: why for name, why in read.untested.items() if name not in tested}
+    return replace(read, case=again.case, untested=untested), again
 
 
 def _table(session: Session[DiagnoseOptions]) -> dict[str, Effect]:

@@ -157,10 +157,10 @@ def investigate(
             last = last or _without_name(subject, way, none, share)
             continue
         if way.once:
-            return _named(subject, happened(subject, way, verdict))
+            return named(subject, happened(subject, way, verdict))
         stands = standing(subject, way, verdict, share, rules, seed)
         if stands.holds:
-            answer = _named(subject, stands)
+            answer = named(subject, stands)
             if verdict is not Verdict.NAMED or _sized(problem, stands.path, answer.found):
                 return answer
         # what was chosen without a block does not predict it, or is chosen only with all of them
@@ -179,7 +179,7 @@ def _sized(problem: Problem, path: Path, found: Sequence[Found]) -> bool:
     )  # fmt: skip
 
 
-def _named(subject: Subject, stands: Standing) -> Investigation:
+def named(subject: Subject, stands: Standing) -> Investigation:
     """An answer with names."""
     path = stands.path
     return Investigation(

@@ -120,7 +120,7 @@ def _kept(_log: Log, theta: Theta) -> FloatArray:
 
 MASS = Effect(
     name="mass",
-    traits=(Trait.BELIEF,),
+    traits=(Trait.BELIEF, Trait.ALL_ALIKE),
     unseen_walking=DRIFT_TAKES_IT + "put a certified weight on the standing robot",
     stage=Stage.BODY,
     scope=Scope.ROBOT,

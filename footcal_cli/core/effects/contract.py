@@ -113,6 +113,7 @@ class Trait(StrEnum):
     UNGRADED = "no size to differentiate by; looked for among the raw data"
     SYMMETRIC = "two shapes that may change places"
     SMALL_CELL = "said of load cells; its shapes are those of cells of some newtons"
+    ALL_ALIKE = "scales all forces alike, as a gain that all cells share"
 
 
 DRIFT_TAKES_IT = "a calibration that drifts while walking follows it; "

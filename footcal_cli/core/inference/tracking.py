@@ -22,6 +22,8 @@ GAIN_SD, BIAS_SD_N = 0.2, 3.0
 ± 2 %, bias ± 0.3 N), so that evidence comes from the walk and not from that promise."""
 WALK_VARIANCES = 10.0 ** np.arange(-8.0, 0.1, 0.5)
 """Variances of the random walk per second that are tried, in units of the prior variance."""
+COMMON_GAIN = "common gain"
+"""Direction, and kind of direction, in which all cells differ alike."""
 _SWEEPS = 2
 
 
@@ -87,7 +89,7 @@ def gain_and_bias(
         found.append(Direction(f"{channel}.bias", "bias", {f"{channel}.bias": BIAS_SD_N}))
     if lasting:
         common = {name: GAIN_SD * value for name, value in common.items()}
-        found.append(Direction("common gain", "common gain", common))
+        found.append(Direction(COMMON_GAIN, COMMON_GAIN, common))
     return tuple(found)
 
 

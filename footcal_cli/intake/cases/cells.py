@@ -144,7 +144,13 @@ def _weighed(recording: Recording, stated_kg: float) -> tuple[Finding, ...]:
         belief.forces(log.readings), channel_contact(log), columns_of(Scope.FOOT, log.channels),
         reference_of(log).fz_n, belief.gain_sd, stated_kg,
     )  # fmt: skip
-    return () if found is None else found.findings("a walk cannot distinguish it from the scales")
+    return (
+        ()
+        if found is None
+        else found.findings(
+            "a walk shows the same if all scales have changed since they were calibrated"
+        )
+    )
 
 
 def _unfiltered(recordings: list[Recording]) -> Series:

@@ -83,6 +83,11 @@ class CaseRead:
             if name not in self.untested
         }
 
+    def all_alike(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
+        """What scales all forces alike, of cells whose gains were known before these logs."""
+        known = self.case.known is not None
+        return {n: e for n, e in table.items() if known and Trait.ALL_ALIKE in e.traits}
+
 
 def followed(logs: Sequence[Log], rate_hz: float) -> tuple[tuple[Log, ...], int]:
     """The rows of walks that are kept, and every how many of these are judged."""

@@ -1,0 +1,62 @@
+"""A wrong mass in a walk: the gain that all cells share held to what was known before.
+
+A walk whose cells were calibrated on the bench leaves that gain free, for it knows no other force
+than the robot's own weight. A wrong mass then shows in no residual, only in a gain far from the
+known one; and so does a calibration of which all gains have changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.bridge import Describe, problem_from
+from footcal_cli.core.diagnosis.floor import is_large
+from footcal_cli.core.diagnosis.investigation import Investigation, named
+from footcal_cli.core.diagnosis.path import beginning, grown
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.standing import happened
+from footcal_cli.core.diagnosis.subject import Advance, Subject
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.tracking import COMMON_GAIN
+
+
+def with_known_gain(
+    found: Investigation,
+    table: Mapping[str, Effect],
+    describe: Describe,
+    rules: Rules,
+    seed: int,
+    advance: Advance,
+) -> Investigation:
+    """`found`, or what scales all forces alike, with the cells' own calibration as its rival.
+
+    Asked only where nothing explains a residual that is large against the known calibration, and
+    answered where it is large no more. Single blocks confirm nothing here: each of them has its own
+    share of the gain.
+
+    Parameters
+    ----------
+    table
+        Effects of `Trait.ALL_ALIKE` by name.
+    found, describe, rules, seed, advance
+        See `investigate`.
+    """
+    held = tuple(way for way in found.case.directions if way.kind != COMMON_GAIN)
+    free = len(held) < len(found.case.directions)
+    if found.verdict is not Verdict.UNKNOWN or not (free and table):
+        return found
+    if not is_large(found.case, found.rows, found.problem):
+        return found
+    case = replace(found.case, directions=held)
+    problem = problem_from(case, found.rows, table.values(), describe)
+    subject = Subject(case, found.rows, problem, table, describe, advance)
+    path = grown(subject, beginning(problem, rules, seed), replace(rules, most_effects=1), seed)
+    if not path.causes or is_large(case, found.rows, path.current):
+        return found
+    calibrated = Signature(case.experiment.calibration[0], "scale", "all cells", "")
+    causes = tuple(replace(c, rivals=(*c.rivals, calibrated)) for c in path.causes)
+    path = replace(path, causes=causes)
+    return named(subject, happened(subject, path, Verdict.AMBIGUOUS))
