@@ -232,23 +232,38 @@ def _tracked(
         if own is not None:
             raw[own[i]] -= raw[np.ix_(own[i], calibration)] @ predicted
     if own is not None:
-        raw[np.isin(problem.block, list(learning))] = 0.0
+        unpredicted = np.isin(problem.block, list(learning))
+        unpredicted |= ~np.isin(np.arange(len(raw)), np.concatenate(own))
+        raw[unpredicted] = 0.0
     return Dense(grams) if few else block_products(white, problem.block[kept], problem.blocks)
 
 
 def _raw_stretches(
     problem: Problem, tracking: Tracking, stretches: Sequence[IntArray]
 ) -> list[IntArray]:
-    """Rows that belong to each stretch of kept rows, the starts of sequences among them."""
+    """Rows that belong to each stretch of kept rows, the starts of sequences among them.
+
+    The few rows of a part of which none was kept, at the end of a block, go with the stretch next
+    to it; those of a block without a stretch belong to none.
+    """
     starts = starts_of(tracking, problem.block)
 
     def key(rows: IntArray) -> tuple[int, int]:
         block = int(problem.block[rows[0]])
         return block, int((np.median(tracking.time_s[rows]) - starts[block]) // PART_S)
 
-    partner = {key(rows): rows for rows in parts_of(tracking, problem.block)}
-    # a stretch whose kept rows have their middle in the one before has no rows left there
-    return [partner.pop(key(rows), rows[:0]) for rows in stretches]
+    number = {key(rows): i for i, rows in reversed(list(enumerate(stretches)))}
+    own: list[list[IntArray]] = [[] for _ in stretches]
+    for rows in parts_of(tracking, problem.block):
+        at = key(rows)
+        if at not in number:
+            beside = [other for other in number if other[0] == at[0]]
+            if not beside:
+                continue
+            at = min(beside, key=lambda other: abs(other[1] - at[1]))
+        own[number[at]].append(rows)
+    return [np.concatenate([stretch[:0], *rows]) for rows, stretch in
+            zip(own, stretches, strict=True)]  # fmt: skip
 
 
 def _of_usual_size(problem: Problem, shared: IntArray) -> IntArray:

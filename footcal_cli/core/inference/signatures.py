@@ -28,7 +28,7 @@ ALIKE = 0.995
 """|cos| from which two shapes of an effect count as one."""
 _NOTHING = 1e-6  # RMS change in noise units at a usual size: below it is rounding
 _ROUNDING = 1e-9  # of a column's largest part: what is left of a sum that cancels
-_CARRIED = 1.0  # RMS change in noise units of a whole swap: below it the axis carries nothing
+_CARRIED = 0.3  # RMS change in noise units of a whole swap: below it the axis carries nothing
 _PIECE = 128  # rows that are put side by side at once
 SWITCHES = having(Trait.SWITCH)
 """Effects that are on or off: differentiated at the swapped readings, a whole one looks like −1."""

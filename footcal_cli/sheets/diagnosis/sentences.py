@@ -10,6 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.diagnosis.refusal import Why
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.report import number, plural
 from footcal_cli.sheets.diagnosis.refused import refused_lines
@@ -67,10 +68,11 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
 def _surest(found: Investigation) -> str | None:
     """The effect that is surely there and surely too small to matter; None without one."""
     last = found.rounds[-1]
+    impossible = {r.signature.cause for r in last.search.refused if r.why is Why.IMPOSSIBLE}
     rows = [
         row for row in last.effects
         if row.status is EffectStatus.ABSENT and row.p < last.rules.alpha_name
-        and row.size.low * row.size.high > 0
+        and row.size.low * row.size.high > 0 and row.signature.cause not in impossible
     ]  # fmt: skip
     if not rows:
         return None
