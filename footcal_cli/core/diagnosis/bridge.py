@@ -51,7 +51,9 @@ def problem_from(
     if case.drifts and case.directions:
         wandering = [d.kind for d in case.directions if not d.lasting]
         _, kind = np.unique(wandering, return_inverse=True)
-        tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64))
+        pooled = set((case.groups or {}).values())
+        idle = np.array([name in pooled for name in rows.outputs], dtype=bool)
+        tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64), idle[rows.output])
     tolerance = np.array(
         [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
     )

@@ -147,14 +147,21 @@ def _demand_moved(log: Log, balance: Balance) -> Log:
 
     Acceleration takes the rest of the forces, and that of the moments where no horizontal force is
     measured, else the horizontal place of the CoM does ([NAO], eqs. (9)–(11)). An acceleration is
-    differentiated twice: left noisy, its derivatives share their noise with the residual.
+    differentiated twice: left noisy, its derivatives share their noise with the residual. What a
+    gait cycle shows on average is no noise: with a CoM that is off, an acceleration of
+    ``g Δ / c_z`` would stand in every column of the acceleration.
     """
     at = {name: i for i, name in enumerate(balance.outputs)}
     if not {"fz", "mx", "my"} <= set(at):
         return log
 
+    cycle = log.block - log.block.min(initial=0)  # rows of none are −1
+
     def rest(name: str) -> FloatArray:
-        return np.where(balance.valid[:, at[name]], balance.error[:, at[name]], 0.0)
+        counted = balance.valid[:, at[name]]
+        error = np.where(counted, balance.error[:, at[name]], 0.0)
+        sums, rows = (np.bincount(cycle, weights) for weights in (error, counted))
+        return np.where(counted, error - (sums / np.maximum(rows, 1))[cycle], 0.0)
 
     mass = log.known["mass_kg"]
     acc, com = log.known["com_acc_mps2"].copy(), log.known["com_m"].copy()
