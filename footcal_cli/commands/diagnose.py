@@ -181,13 +181,11 @@ def _investigated(
             read.case, read.testable(table), describe, rules, session.request.seed,
             stopped=bool(stopping(read.findings)), advance=advance,
         )  # fmt: skip
-        again = with_known_gain(
-            found, read.all_alike(table), describe, rules, session.request.seed, advance
-        )
+        gains = read.like_a_gain(table)
+        again = with_known_gain(found, gains, describe, rules, session.request.seed, advance)
     if again is found:
         return read, found
-    tested = {item.effect.name for item in again.found}
-    untested = {name: why for name, why in read.untested.items() if name not in tested}
+    untested = {name: why for name, why in read.untested.items() if name not in gains}
     return replace(read, case=again.case, untested=untested), again
 
 

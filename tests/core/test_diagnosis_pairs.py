@@ -220,9 +220,7 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
         path: SimpleNamespace
         found: tuple[()] = ()
 
-    monkeypatch.setattr(
-        investigation, "_named", lambda _, stands: Said(stands.verdict, stands.path)
-    )
+    monkeypatch.setattr(investigation, "named", lambda _, stands: Said(stands.verdict, stands.path))
     monkeypatch.setattr(investigation, "_sized", lambda *_: True)
     monkeypatch.setattr(
         investigation, "_without_name", lambda _subject, path, said, _share: Nameless(said, path)

@@ -14,14 +14,13 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import uncounted
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.tracking import gain_and_bias
 from tests.core.test_diagnosis_bridge import ROBOT, walk_case
 
 MOVES = 0.01
-ALIKE = {name: effect for name, effect in TABLE.items() if Trait.ALL_ALIKE in effect.traits}
+GAINS = {name: TABLE[name] for name in ("mass", "crosstalk", "load_bypass")}
 OTHERS = {name: TABLE[name] for name in ("com_offset", "crosstalk", "delay")}
 EXTRA_KG = 0.35
 
@@ -47,7 +46,11 @@ def lighter(case: Case, missing_kg: float) -> Case:
 
 def diagnosed(case: Case) -> Investigation:
     found = investigate(case, OTHERS, describe, Rules())
-    return with_known_gain(found, ALIKE, describe, Rules(), 0, uncounted)
+    return with_known_gain(found, GAINS, describe, Rules(), 0, uncounted)
+
+
+def named(found: Investigation) -> set[str]:
+    return {s.effect for f in found.found for s in (f.cause.signature, *f.cause.rivals)}
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -58,7 +61,9 @@ def test_a_wrong_mass_is_found_with_its_size_and_the_scales_as_its_rival(
     found = diagnosed(lighter(weighed_before(walk_case(seed, None, duration_s=40.0)), extra_kg))
     assert found.verdict is Verdict.AMBIGUOUS
     (item,) = found.found
-    assert {item.effect.name, *(s.effect for s in item.cause.rivals)} == {"mass", "scale_bias"}
+    # where the cells read too little, part of the load may also pass beside them
+    alike = {"mass", "scale_bias"} | ({"load_bypass"} if extra_kg < 0.0 else set())
+    assert {"mass", "scale_bias"} <= named(found) <= alike
     (size,) = item.intervals
     assert size.low < extra_kg < size.high
     assert size.high - size.low < abs(extra_kg)
@@ -72,7 +77,7 @@ def test_gains_that_all_have_changed_are_the_rival_of_a_mass() -> None:
     }
     found = diagnosed(weighed_before(replace(case, values=less)))
     assert found.verdict is Verdict.AMBIGUOUS
-    assert {s.effect for f in found.found for s in f.cause.rivals} == {"scale_bias"}
+    assert {"mass", "scale_bias"} <= named(found) <= {"mass", "scale_bias", "load_bypass"}
 
 
 def test_the_right_mass_and_gains_that_nobody_knew_are_left_alone() -> None:

@@ -343,7 +343,7 @@ def _without_first(
     Among few stances the noise is estimated with the error in it: a small cause of many rows may
     seem to explain more than the large one of a noisy output, which then is only the second.
     """
-    if len(path.causes) < 2:
+    if len(path.causes) < 2 or not has_single_rows(subject.problem):
         return None
     first = path.causes[0].signature.effect
     other = grown(subject, beginning(subject.problem, rules, seed, {first}), rules, seed)

@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.path import beginning, grown
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.diagnosis.subject import Advance, Subject
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.tracking import COMMON_GAIN
 
@@ -31,7 +31,7 @@ def with_known_gain(
     seed: int,
     advance: Advance,
 ) -> Investigation:
-    """`found`, or what scales all forces alike, with the cells' own calibration as its rival.
+    """`found`, or what scales all forces; the cells' own calibration is a rival of what does alike.
 
     Asked only where nothing explains a residual that is large against the known calibration, and
     answered where it is large no more. Single blocks confirm nothing here: each of them has its own
@@ -40,7 +40,7 @@ def with_known_gain(
     Parameters
     ----------
     table
-        Effects of `Trait.ALL_ALIKE` by name.
+        Effects by name that scale all forces, alike (`Trait.ALL_ALIKE`) or nearly.
     found, describe, rules, seed, advance
         See `investigate`.
     """
@@ -56,7 +56,10 @@ def with_known_gain(
     path = grown(subject, beginning(problem, rules, seed), replace(rules, most_effects=1), seed)
     if not path.causes or is_large(case, found.rows, path.current):
         return found
-    calibrated = Signature(case.experiment.calibration[0], "scale", "all cells", "")
-    causes = tuple(replace(c, rivals=(*c.rivals, calibrated)) for c in path.causes)
-    path = replace(path, causes=causes)
-    return named(subject, happened(subject, path, Verdict.AMBIGUOUS))
+    (cause,) = path.causes
+    names = {s.effect for s in (cause.signature, *cause.rivals)}
+    if any(Trait.ALL_ALIKE in table[name].traits for name in names):
+        calibrated = Signature(case.experiment.calibration[0], "scale", "all cells", "")
+        cause = replace(cause, rivals=(*cause.rivals, calibrated))
+    verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
+    return named(subject, happened(subject, replace(path, causes=(cause,)), verdict))

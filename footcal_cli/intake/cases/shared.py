@@ -83,10 +83,12 @@ class CaseRead:
             if name not in self.untested
         }
 
-    def all_alike(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
-        """What scales all forces alike, of cells whose gains were known before these logs."""
-        known = self.case.known is not None
-        return {n: e for n, e in table.items() if known and Trait.ALL_ALIKE in e.traits}
+    def like_a_gain(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
+        """What scales all forces, alike or nearly, of cells whose gains were known before."""
+        if self.case.known is None:
+            return {}
+        kinds = {Trait.ALL_ALIKE, Trait.MIXTURE, Trait.OF_THE_SUM}
+        return {name: effect for name, effect in table.items() if kinds & set(effect.traits)}
 
 
 def followed(logs: Sequence[Log], rate_hz: float) -> tuple[tuple[Log, ...], int]:
