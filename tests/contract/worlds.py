@@ -241,7 +241,7 @@ def placements_case(logs: tuple[Log, ...], seed: int) -> Case:
     outputs = ("fz", "moment_x", "moment_y")
     return replace(
         _affine_case(placements.EXPERIMENT, logs, seed), tolerance_n=0.005 * largest,
-        tolerance_nm=MM * largest, settings="round",
+        tolerance_nm=MM * largest, setting_key="round",
         groups={f"{foot}.{o}": o for foot in ROBOT.feet for o in outputs},
     )  # fmt: skip
 

@@ -141,7 +141,7 @@ def hang_case(logs: Mapping[str, list[Log]], tolerance_n: float = 0.02) -> Case:
     return Case(
         experiment=hang.EXPERIMENT, logs=joined, chain=chain, values=values,
         calibration=ParameterSet(tuple(free)), tolerance_n=tolerance_n,
-        tolerance_nm=0.06 * tolerance_n, alike=False, shared_blocks=True, settings="hanging",
+        tolerance_nm=0.06 * tolerance_n, alike=False, shared_blocks=True, setting_key="hanging",
     )  # fmt: skip
 
 

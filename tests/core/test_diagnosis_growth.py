@@ -32,7 +32,6 @@ def problem_of(residual: FloatArray, accepted: FloatArray | None = None) -> Prob
     return Problem(
         residual=residual,
         calibration=np.ones((residual.size, 1)),
-        calibration_names=("bias",),
         columns=np.empty((residual.size, 0)),
         signatures=(),
         block=index,

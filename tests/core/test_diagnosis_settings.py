@@ -155,7 +155,6 @@ def hung(seed: int, size: float) -> Problem:
     return Problem(
         residual=residual,
         calibration=own,
-        calibration_names=tuple(f"offset {i}" for i in range(own.shape[1])),
         columns=columns,
         signatures=(Signature("", "", "", ""),) * columns.shape[1],
         block=turn,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core import chances
-from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.signatures import calibration_columns
@@ -26,7 +26,7 @@ _MOST_OF_LEVELS = 3.0
 """Likewise of levels, in which the noise of single rows has averaged out."""
 
 
-def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
+def times_floor(case: Case, problem: Problem) -> float:
     """Largest RMS residual of a log's output, or of its level from block to block, over a floor.
 
     ``√(s² + t² + mean(J C Jᵀ))`` for single rows, and with ``s²/n`` for the mean of the n rows of a
@@ -38,7 +38,7 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     unit = np.maximum(_mean(problem.noise, problem.output, len(problem.outputs)), 1e-300)
     sd = problem.law.whitener.sd
     if problem.settings is not None:
-        sd = np.minimum(sd, _sd_of_most(problem, rows) / unit)
+        sd = np.minimum(sd, _sd_of_most(problem) / unit)
     noise = sd[problem.output] ** 2
     with np.errstate(over="ignore"):  # an output without noise has no floor
         allowed = ((problem.tolerance / unit) ** 2)[problem.output]
@@ -48,11 +48,11 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
             return 0.0
         left = problem.left_of(left)
     else:
-        columns, turn = calibration_columns(case, rows)
+        columns, turn = calibration_columns(case, problem)
         covariance = scaled_inverse(turn.T @ case.known @ turn, _RCOND)
         allowed = allowed + np.sum((columns @ covariance) * columns, axis=1)
     outputs = len(problem.outputs)
-    sensor = rows.log * outputs + problem.output
+    sensor = problem.log * outputs + problem.output
     times = np.sqrt(_mean(left**2, sensor) / np.maximum(_mean(noise + allowed, sensor), 1e-300))
     if problem.pieces:
         times = np.maximum(times, _times_of_stances(problem) * MOST / _MOST_OF_LEVELS)
@@ -68,12 +68,12 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     return float(times.max(initial=0.0))
 
 
-def _sd_of_most(problem: Problem, rows: Rows) -> FloatArray:
+def _sd_of_most(problem: Problem) -> FloatArray:
     """Sd of single rows of each output, as most rows of a block differ from the next, (outputs,).
 
     What comes in spells makes the law of the noise as large as itself. Infinite without such rows.
     """
-    sensor = rows.log * len(problem.outputs) + problem.output
+    sensor = problem.log * len(problem.outputs) + problem.output
     order = np.lexsort((np.arange(sensor.size), problem.block, sensor))
     next_to = np.diff(np.stack([sensor, problem.block])[:, order], axis=1)
     size = np.abs(np.diff((problem.residual * problem.noise)[order]))[~next_to.any(axis=0)]
@@ -110,9 +110,9 @@ def _times_of_stances(problem: Problem) -> float:
     return max(times)
 
 
-def is_large(case: Case, rows: Rows, problem: Problem) -> bool:
+def is_large(case: Case, problem: Problem) -> bool:
     """Whether a residual is no residual of nothing, whatever names were tried and refused."""
-    return times_floor(case, rows, problem) >= MOST
+    return times_floor(case, problem) >= MOST
 
 
 def _mean(values: FloatArray, number: IntArray, least: int = 0) -> FloatArray:

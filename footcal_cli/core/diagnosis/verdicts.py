@@ -153,17 +153,17 @@ def _unnamed(
     found = []
     signs = sign_patterns(current.blocks, seed)
     if applies(current, subject.case, causes):
-        curves = curves_of(model.ideal, subject.rows)
+        curves = curves_of(model.ideal, subject.problem)
         found.append(against_curves(subject.problem, current, named, curves, signs, rules))
     axes = bent_axes(subject.case, causes)
     if axes:
-        bends = bends_of(model.ideal, subject.rows, axes)
+        bends = bends_of(model.ideal, subject.problem, axes)
         found.append(against_bends(current, bends, signs))
     held = held_at_zero(model, [subject.table[c.signature.effect] for c in causes], causes)
     if held.any():
         found.append(against_other_sign(current, model.columns, held, signs))
     if applies_to(subject.case, causes):
-        mixtures = mixtures_of(model.ideal, subject.rows)
+        mixtures = mixtures_of(model.ideal, subject.problem)
         found.append(against_mixtures(current, mixtures, signs))
     return tuple(found)
 
