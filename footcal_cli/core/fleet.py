@@ -54,7 +54,7 @@ class Sessions:
 
 
 @dataclass(frozen=True)
-class Series:
+class ParameterSeries:
     """One parameter of one robot over time.
 
     Parameters
@@ -162,7 +162,7 @@ class Fleet:
     """What many sessions say together."""
 
     sessions: Sessions
-    series: tuple[Series, ...]
+    series: tuple[ParameterSeries, ...]
     budgets: tuple[Budget, ...]
 
     def outlying_sessions(self) -> dict[str, list[str]]:
@@ -199,7 +199,9 @@ def study(sessions: Sessions) -> Fleet:
     return Fleet(sessions, series, budgets)
 
 
-def _series(sessions: Sessions, name: str, robot: str, at: IntArray, alpha: float) -> Series:
+def _series(
+    sessions: Sessions, name: str, robot: str, at: IntArray, alpha: float
+) -> ParameterSeries:
     time, values, sd = sessions.time[at], sessions.values[name][at], sessions.sd[name][at]
     none = np.zeros(at.size, dtype=np.int64)
     # one outlying session must neither make a change nor hide one
@@ -227,7 +229,7 @@ def _series(sessions: Sessions, name: str, robot: str, at: IntArray, alpha: floa
     if len(levels) <= len(changes):  # a segment of outlying sessions only is no level
         changes, segment = (), none
         levels = (level_of(values, sd),)
-    return Series(
+    return ParameterSeries(
         name, sessions.units[name], robot, at, time, values, sd, changes, segment, levels, trend,
         drifting, p, alpha,
     )  # fmt: skip
@@ -252,7 +254,7 @@ def _line_is_better(
     return bool(scores[1] < scores[0])
 
 
-def _budget(sessions: Sessions, name: str, series: Sequence[Series]) -> Budget:
+def _budget(sessions: Sessions, name: str, series: Sequence[ParameterSeries]) -> Budget:
     """Components of one parameter, change points and trends taken out."""
     values, at = [], []
     for one in series:

@@ -14,7 +14,7 @@ _MOST_KEPT = 2**20
 """Values from which a median is taken; of longer series every second, fourth …"""
 
 
-class Seen:
+class ThinnedSeries:
     """A series of which so many values are kept as its median needs.
 
     Parameters

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Motion:
+class JointMotion:
     """What a URDF does along a log.
 
     Parameters
@@ -48,7 +48,7 @@ class Motion:
     carried_n: float | None
 
 
-def read_motion(session: Session[KinematicsOptions]) -> Motion:
+def read_motion(session: Session[KinematicsOptions]) -> JointMotion:
     """Read the URDF and the one log, and move the URDF along it.
 
     Raises
@@ -93,7 +93,7 @@ def read_motion(session: Session[KinematicsOptions]) -> Motion:
     carried_n = None
     if all(column in log for column in loads):
         carried_n = float(np.nanmean(log.numbers(loads).sum(axis=1)))
-    return Motion(
+    return JointMotion(
         log.path.name, body.mass_kg, tuple(feet), stamps[keep], posture, moved,
         base_m is not None, carried_n,
     )  # fmt: skip

@@ -36,7 +36,7 @@ _COP_FORCE_N, _COP_SHARE = 5.0, 0.1
 """Below this force, or share of the weight where that is less, there is no CoP."""
 
 
-Limit = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0)]
 
 
 class Gates(Frozen):
@@ -49,7 +49,7 @@ class Gates(Frozen):
     Names may hold ``*`` and ``?``.
     """
 
-    max_rmse: dict[str, Limit] = Field(default_factory=dict)
+    max_rmse: dict[str, Positive] = Field(default_factory=dict)
     verdicts: tuple[Literal["good", "warning", "bad"], ...] | None = None
     diagnoses: (
         tuple[
@@ -60,7 +60,7 @@ class Gates(Frozen):
         ]
         | None
     ) = None
-    max_change: dict[str, Limit] = Field(default_factory=dict)
+    max_change: dict[str, Positive] = Field(default_factory=dict)
     max_change_sd: float | None = Field(default=None, gt=0)
     reference: str | None = None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.plan import Blank, Entry, Plan, of, rate_said
+from footcal_cli.sniff.plan import Blank, Entry, LogPlan, of, rate_said
 from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
 
@@ -158,14 +158,14 @@ def listing(parts: Sequence[Part]) -> list[str]:
     return lines
 
 
-def _read_anyway(plan: Plan) -> set[str]:
+def _read_anyway(plan: LogPlan) -> set[str]:
     """Columns of the body's stream that bear footcal's own names and need no entry."""
     names = {column.column for column in plan.file.columns}
     feet = dict.fromkeys(name.partition("_foot_")[0] for name in names if "_foot_" in name)
     return names & {column.name for column in body_table(tuple(feet)).columns}
 
 
-def _all_entries(plan: Plan) -> Iterator[tuple[str, Entry]]:
+def _all_entries(plan: LogPlan) -> Iterator[tuple[str, Entry]]:
     yield from plan.entries.items()
     for entry, own in plan.wide.items():
         for name, place in own.items():

@@ -16,7 +16,7 @@ from footcal_cli.core.effects.six_axis import MOUNT_ROTATION
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.noise import Noise
+from footcal_cli.core.online.noise import WalkNoise
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
@@ -107,7 +107,7 @@ def posed(seed: int) -> FloatArray:
 
 def wandered(log: Log, truth: Mapping[str, float], seed: int) -> Log:
     """Counts of cells whose gains and biases drift as a walk's estimator expects, to the truth."""
-    rng, noise = np.random.default_rng([seed, 1]), Noise().for_weight(BIPED.weight_n)
+    rng, noise = np.random.default_rng([seed, 1]), WalkNoise().for_weight(BIPED.weight_n)
     root_s = np.sqrt(np.diff(log.time_s, prepend=log.time_s[0]))[:, None]
     steps = root_s * rng.standard_normal((2, *log.readings.shape))
     gain, bias_n = np.cumsum(steps, axis=1) * np.reshape(

@@ -27,14 +27,14 @@ from footcal_cli.core.simulation.biped_logs import Course, StandPlan, Streams, b
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
 from footcal_cli.core.simulation.measure import Simulated
-from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.noise import SimulatedNoise
 from footcal_cli.core.simulation.robots import Biped, Hexapod
 from tests.contract.whitening import white_errors, whitening
 from tests.core.ankle_simulation import Ankles, humanoid, six_axis_feet_log
 
 BIPED, HEXAPOD, HUMANOID = Biped(), Hexapod(), humanoid()
 FORCE_SD_N, TORQUE_SD_NM = 0.04, 0.004
-FORCE, TORQUE = Noise(white=FORCE_SD_N), Noise(white=TORQUE_SD_NM)
+FORCE, TORQUE = SimulatedNoise(white=FORCE_SD_N), SimulatedNoise(white=TORQUE_SD_NM)
 SEEDS = 80
 """Of the hundred and fifty cases chance throws one out of 0.85 to 1.15 in forty runs."""
 VISIBLE = 5.0

@@ -26,7 +26,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
     offset_values,
     pose_log,
 )
-from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.noise import SimulatedNoise
 from footcal_cli.core.simulation.robots import Hexapod
 from footcal_cli.intake.cases.pose import pose_blocks
 
@@ -37,11 +37,11 @@ ROUNDS = 3
 FORCE_SD_N, TORQUE_SD_NM = 0.04, 0.0024
 HUNG = HangPlan(
     cycles=4, cycle_s=10.0, rate_hz=2.4,
-    force_noise=Noise(white=FORCE_SD_N), torque_noise=Noise(white=TORQUE_SD_NM),
+    force_noise=SimulatedNoise(white=FORCE_SD_N), torque_noise=SimulatedNoise(white=TORQUE_SD_NM),
 )  # fmt: skip
 STOOD = PosePlan(
     poses=60, tripods=60, friction_n=3.0, uneven=0.5, tilt_rad=0.1,
-    force_noise=Noise(white=FORCE_SD_N), torque_noise=Noise(white=TORQUE_SD_NM),
+    force_noise=SimulatedNoise(white=FORCE_SD_N), torque_noise=SimulatedNoise(white=TORQUE_SD_NM),
 )  # fmt: skip
 FAMILIES = ("white", "ar90", "ar98", "heteroscedastic", "block_gain_offset")
 

@@ -39,7 +39,7 @@ from footcal_cli.core.simulation.hexapod_logs import (
     orientation_of,
     pose_log,
 )
-from footcal_cli.core.simulation.noise import Noise, stream
+from footcal_cli.core.simulation.noise import SimulatedNoise, stream
 from footcal_cli.core.simulation.plans import Spread
 from footcal_cli.core.simulation.robots import TABLE_II_OFFSETS, Biped, Hexapod
 from footcal_cli.core.simulation.scenario import mounting
@@ -220,13 +220,13 @@ def test_noise_has_the_sizes_and_memory_it_says() -> None:
     rng = stream(5, "noise")
     t = np.arange(200_000) / 80.0
     block = np.zeros(len(t), dtype=int)
-    wandering = Noise(wandering=0.2, wandering_time_s=0.5).added(
+    wandering = SimulatedNoise(wandering=0.2, wandering_time_s=0.5).added(
         np.zeros((len(t), 2)), t, block, rng
     )
     assert wandering.std() == pytest.approx(0.2, rel=0.05)
     after_tau = np.mean(wandering[40:] * wandering[:-40]) / wandering.var()
     assert after_tau == pytest.approx(np.exp(-1.0), abs=0.03)
-    repeated = Noise(repeat_gain=0.01, repeat_offset=0.1).added(
+    repeated = SimulatedNoise(repeat_gain=0.01, repeat_offset=0.1).added(
         np.full((len(t), 2), 10.0), t, np.arange(len(t)) // 100, rng
     )
     means = repeated[::100]
@@ -284,7 +284,7 @@ def test_an_empty_chain_logs_newtons() -> None:
     plan = WalkPlan(duration_s=8.0)
     logs = biped_logs(
         Course("walk", BIPED, lambda t: walking(BIPED, plan, t), 8.0), Chain(()), {},
-        seed=1, streams=Streams(cell_noise=Noise()), to_counts=False,
+        seed=1, streams=Streams(cell_noise=SimulatedNoise()), to_counts=False,
     )  # fmt: skip
     np.testing.assert_array_equal(logs.cells.log.readings, logs.cells.truth.readings)
 

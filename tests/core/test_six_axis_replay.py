@@ -12,7 +12,7 @@ import pytest
 from footcal_cli.core.contact import flicker, judge
 from footcal_cli.core.log import Log
 from footcal_cli.core.online import six_axis_replay
-from footcal_cli.core.online.filter import Noise
+from footcal_cli.core.online.filter import WalkNoise
 from footcal_cli.core.online.six_axis_replay import GUARDS, SixAxisReplay, replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
@@ -180,7 +180,7 @@ def test_innovations_four_times_as_large_as_they_may_be_double_the_noise(
         six_axis_replay, "check_consistency",
         lambda _track: SimpleNamespace(ratio=next(ratios), high=1.2),
     )  # fmt: skip
-    noise = Noise()
+    noise = WalkNoise()
     larger, _, factor = six_axis_replay._consistent(cast(Any, None), noise, GUARDS)
     assert factor == 4.0
     for name in six_axis_replay._ROW_NOISE:

@@ -92,7 +92,7 @@ class JointSize:
 
 
 @dataclass(frozen=True)
-class Finding:
+class SingleFinding:
     """What one experiment names, and the candidates for it."""
 
     single: int
@@ -150,7 +150,7 @@ class Hypotheses:
     def __init__(
         self,
         singles: Sequence[SingleDiagnosis],
-        findings: Sequence[Finding],
+        findings: Sequence[SingleFinding],
         table: Mapping[str, Effect],
     ) -> None:
         self.singles = singles

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from footcal_cli.core.chain import Chain
+from footcal_cli.core.diagnosis.planned_bench import Logs
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.log import Log
@@ -18,7 +19,6 @@ from footcal_cli.core.simulation.gait import Motion, WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
 from footcal_cli.core.simulation.robots import Biped
 
-Logs = tuple[Log, ...]
 FACING_RAD = (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi)
 SQUATS_M = (0.0, 0.02, 0.04)
 STRAIGHT_RAD, TOES_OUT_RAD = (0.0,), (0.25 * np.pi, -np.pi / 12.0)

@@ -20,7 +20,7 @@ from footcal_cli.core.effects.contract import (
     on_readings,
 )
 from footcal_cli.core.effects.memory import (
-    Recording,
+    RowIntervals,
     invert_low_pass,
     linear_recurrence,
     low_pass,
@@ -134,7 +134,7 @@ def _uncreep(name: str) -> ArrayTransform:
     return rested
 
 
-def _forgetting(passed: Recording, time_constant_s: FloatArray) -> tuple[BoolArray, FloatArray]:
+def _forgetting(passed: RowIntervals, time_constant_s: FloatArray) -> tuple[BoolArray, FloatArray]:
     """Rows that start rested (n, 1), and the decay since the row before (n, c)."""
     return passed.fresh[:, None], low_pass_decay(passed.interval_s, time_constant_s)
 

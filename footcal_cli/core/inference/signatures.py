@@ -35,7 +35,7 @@ SWITCHES = having(Trait.SWITCH)
 
 
 @dataclass(frozen=True)
-class Columns:
+class LibraryColumns:
     """Signatures with their columns, and what could not have one.
 
     Parameters
@@ -134,7 +134,7 @@ def direction_columns(case: Case, rows: Problem, *, lasting: bool = False) -> Fl
 
 def library_columns(
     case: Case, rows: Problem, effects: Iterable[Effect], measured: Case | None = None
-) -> Columns:
+) -> LibraryColumns:
     """Signatures of all effects, for every place that may carry them and every shape.
 
     Parameters
@@ -171,7 +171,9 @@ def library_columns(
         found, made = effect_columns(raw if effect.name in SWITCHES else responses, effect)
         signatures += found
         columns += made
-    return Columns(tuple(signatures), _side_by_side(columns, rows.residual.size), tuple(excluded))
+    return LibraryColumns(
+        tuple(signatures), _side_by_side(columns, rows.residual.size), tuple(excluded)
+    )
 
 
 def _side_by_side(columns: Sequence[FloatArray], rows: int) -> FloatArray:
@@ -256,11 +258,11 @@ def _units(case: Case, effect: Effect) -> tuple[str, ...]:
 
 
 Owners = tuple[tuple[str, tuple[str, ...]], ...]
-Place = tuple[str, Owners, tuple[str, ...]]
+EffectPlace = tuple[str, Owners, tuple[str, ...]]
 """Where in words, owners as in a link, and the units that share the size."""
 
 
-def places(effect: Effect, units: Sequence[str]) -> list[Place]:
+def places(effect: Effect, units: Sequence[str]) -> list[EffectPlace]:
     """Who may carry an effect: everyone alike, one foot's cells, a single one.
 
     Returns
@@ -272,7 +274,7 @@ def places(effect: Effect, units: Sequence[str]) -> list[Place]:
         return [("robot", alone, ("robot",))]
     noun = {Scope.CHANNEL: "cells", Scope.FOOT: "feet", Scope.LEG: "legs"}[effect.scope]
     every = tuple(units)
-    found: list[Place] = []
+    found: list[EffectPlace] = []
     if len(every) > 1:
         found.append((f"all {noun}", (("all", every),), every))
         feet = dict.fromkeys(u.split("_", 1)[0] for u in every)

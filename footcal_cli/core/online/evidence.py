@@ -339,7 +339,7 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, known: bool = Fa
 
 
 @dataclass(frozen=True)
-class Departure:
+class LeftInterval:
     """A parameter that left the interval it was believed to lie in.
 
     Parameters
@@ -360,7 +360,7 @@ class Departure:
     high: float
 
 
-def departures(track: Track, prior_sd: FloatArray) -> list[Departure]:
+def departures(track: Track, prior_sd: FloatArray) -> list[LeftInterval]:
     """Parameters that end outside ± 3 prior sd by more than their own sd, and since when.
 
     Parameters
@@ -378,7 +378,7 @@ def departures(track: Track, prior_sd: FloatArray) -> list[Departure]:
             inside = np.flatnonzero(~outside)
             since = int(inside[-1]) + 1 if inside.size else 0
             found.append(
-                Departure(
+                LeftInterval(
                     name, track.units[i], float(track.time_s[since]),
                     float(track.values[-1, i]), -limit, limit,
                 )

@@ -16,7 +16,7 @@ import numpy as np
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
-from footcal_cli.core.online.filter import Noise, Track, run_filter
+from footcal_cli.core.online.filter import Track, WalkNoise, run_filter
 from footcal_cli.core.online.memory import (
     Memory,
     MemoryOptions,
@@ -41,7 +41,7 @@ class Learnt:
     """What the past has taught: delay, noise, and states that are not needed."""
 
     delay_s: float
-    noise: Noise
+    noise: WalkNoise
     tuning: Tuning | None
     unneeded: tuple[str, ...]
 

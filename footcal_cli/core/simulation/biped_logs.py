@@ -21,7 +21,7 @@ from footcal_cli.core.simulation.noise import (
     FORCE_NOISE,
     QUIET,
     TORQUE_NOISE,
-    Noise,
+    SimulatedNoise,
     stream,
 )
 from footcal_cli.core.simulation.robots import Biped
@@ -57,9 +57,9 @@ class Streams:
     body_rate_hz: float = 100.0
     body_delay_s: float = 0.020
     body_jitter_s: float = 0.004
-    cell_noise: Noise = CELL_NOISE
-    force_noise: Noise = FORCE_NOISE
-    torque_noise: Noise = TORQUE_NOISE
+    cell_noise: SimulatedNoise = CELL_NOISE
+    force_noise: SimulatedNoise = FORCE_NOISE
+    torque_noise: SimulatedNoise = TORQUE_NOISE
     com_noise_m: float = 2e-4
     acc_noise_mps2: float = 0.03
     angmom_noise_nm: float = 0.01

@@ -11,7 +11,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import CommonShift
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.departures import (
-    Departure,
+    Disagreement,
     constant_error,
     departures,
 )
@@ -202,7 +202,7 @@ def pose_wrenches(data: PoseData, calibration: FootCalibration) -> dict[str, obj
 
 
 def verdict(
-    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure],
+    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Disagreement],
     alike: CommonShift | None = None, *, shifted: bool = False,
 ) -> VerdictRecord:  # fmt: skip
     """One sentence: what the sum of forces was off by, and is now on poses not used.
