@@ -368,6 +368,12 @@ def root_mean_square(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
 
 
+def means_of(values: FloatArray, number: IntArray, least: int = 0, none: float = 0.0) -> FloatArray:
+    """Mean of the values of each of at least so many numbers; of no values `none`."""
+    sums, count = (np.bincount(number, weights, least) for weights in (values, None))
+    return np.asarray(np.divide(sums, count, out=np.full(count.size, none), where=count > 0))
+
+
 def median_sd(values: FloatArray) -> float:
     """The sd of a normal distribution about zero of the same median size; shape (n,)."""
     return _NORMAL_SD * float(np.median(np.abs(values)))
