@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
-from pydantic.dataclasses import is_pydantic_dataclass
+from pydantic.dataclasses import is_pydantic_dataclass, rebuild_dataclass
 from pydantic.fields import FieldInfo
 
 from footcal_cli.errors import UsageError, nearest
@@ -64,7 +64,7 @@ def _known_keys(model: type[BaseModel], keys: list[str]) -> list[str]:
     current: Any = model
     for key in keys:
         if _is_model(current):
-            field = _fields_of(current).get(key)
+            field = fields_of(current).get(key)
             current = field.annotation if field is not None else None
         else:  # dict[str, X] or tuple[X, ...]: step into X
             inner = [a for a in get_args(current) if a is not str and a is not ...]
@@ -72,14 +72,15 @@ def _known_keys(model: type[BaseModel], keys: list[str]) -> list[str]:
         if not isinstance(current, type):
             models = [a for a in get_args(current) if _is_model(a)]
             current = models[0] if len(models) == 1 and not _is_mapping(current) else current
-    return list(_fields_of(current)) if _is_model(current) else []
+    return list(fields_of(current)) if _is_model(current) else []
 
 
-def _fields_of(model: Any) -> Mapping[str, FieldInfo]:
+def fields_of(model: Any) -> Mapping[str, FieldInfo]:
     """Fields of a model or of a pydantic dataclass."""
-    found: Mapping[str, FieldInfo] = getattr(
-        model, "model_fields" if issubclass(model, BaseModel) else "__pydantic_fields__"
-    )
+    if is_pydantic_dataclass(model):
+        rebuild_dataclass(model)
+    name = "model_fields" if issubclass(model, BaseModel) else "__pydantic_fields__"
+    found: Mapping[str, FieldInfo] = getattr(model, name)
     return found
 
 
