@@ -1,4 +1,4 @@
-"""Each name means one thing: no class, and no kind of function, is defined in two modules."""
+"""Each name means one thing: no type, and no function of the core, is defined in two modules."""
 
 from __future__ import annotations
 
@@ -29,3 +29,18 @@ def defined_twice(*, functions: bool) -> dict[str, list[str]]:
 
 def test_a_type_has_a_name_of_its_own() -> None:
     assert defined_twice(functions=False) == {}
+
+
+ALSO = {"balance": "what each experiment's module calls its own"}
+"""Names of an interface, of which each module has one."""
+PUBLIC = "core/calibrate.py"
+"""The library, whose functions are called as the experiments are."""
+
+
+def test_a_function_of_the_core_has_a_name_of_its_own() -> None:
+    core = {
+        name: [place for place in where if place.startswith("core/") and place != PUBLIC]
+        for name, where in defined_twice(functions=True).items()
+        if name not in ALSO
+    }
+    assert {name: where for name, where in core.items() if len(where) > 1} == {}

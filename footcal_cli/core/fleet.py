@@ -16,7 +16,7 @@ from footcal_cli.core.inference.repeated import (
     Trend,
     components_of,
     find_changes,
-    level_of,
+    level_of_sessions,
     outlying,
     segments_of,
     trend_of,
@@ -222,13 +222,13 @@ def _series(
     p = outlying(left, sd, segment, alpha=alpha)
     good = p >= alpha
     levels = tuple(
-        level_of(values[(segment == k) & good], sd[(segment == k) & good])
+        level_of_sessions(values[(segment == k) & good], sd[(segment == k) & good])
         for k in range(len(changes) + 1)
         if np.any((segment == k) & good)
     )
     if len(levels) <= len(changes):  # a segment of outlying sessions only is no level
         changes, segment = (), none
-        levels = (level_of(values, sd),)
+        levels = (level_of_sessions(values, sd),)
     return ParameterSeries(
         name, sessions.units[name], robot, at, time, values, sd, changes, segment, levels, trend,
         drifting, p, alpha,
@@ -243,7 +243,9 @@ def _line_is_better(
     y, t = values[kept], time[kept]
     steps = np.eye(len(changes) + 1)[segment]
     line = np.column_stack([np.ones(t.size), t - t.mean()])
-    tau = max(level_of(y[segment == k], sd[kept][segment == k]).between_sd for k in set(segment))
+    tau = max(
+        level_of_sessions(y[segment == k], sd[kept][segment == k]).between_sd for k in set(segment)
+    )
     weight = 1.0 / np.sqrt(np.maximum(sd[kept] ** 2 + tau**2, 1e-300))
     scores = []
     # a change point costs two numbers: where it is, and how large

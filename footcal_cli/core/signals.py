@@ -94,7 +94,7 @@ class Clock:
     missing: int
 
 
-def check_clock(time_s: FloatArray) -> Clock:
+def clock_of(time_s: FloatArray) -> Clock:
     """Find repeated and backward stamps and gaps.
 
     Parameters

@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.kinematics import Accelerations, Posture, accelerations, standing_base
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import check_clock
+from footcal_cli.core.signals import clock_of
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.joints import base_of, feet_frames, joints_of, read_joints
 from footcal_cli.intake.rigid_body import read_urdf
@@ -67,7 +67,7 @@ def read_motion(session: Session[KinematicsOptions]) -> JointMotion:
         positions = joints_of(log, body, options)
         base_m, turned = base_of(log)
     stamps = log.number("time_s")
-    keep = check_clock(stamps).keep
+    keep = clock_of(stamps).keep
     if keep.size < 4:
         raise DataError(
             f"{keep.size} rows with increasing stamps are too few", file=log.path,

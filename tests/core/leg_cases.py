@@ -22,9 +22,9 @@ from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
 from footcal_cli.core.simulation.hexapod_logs import (
     HangPlan,
     PosePlan,
-    hang_log,
     offset_values,
-    pose_log,
+    simulated_hang_log,
+    simulated_pose_log,
 )
 from footcal_cli.core.simulation.noise import SimulatedNoise
 from footcal_cli.core.simulation.robots import Hexapod
@@ -67,7 +67,7 @@ def hung_logs(
     for leg in LEGS:
         clock, parts = 0.0, []
         for turn in range(ROUNDS):
-            one = hang_log(ROBOT, leg, HUNG, chain, values, seed=1000 * seed + turn).log
+            one = simulated_hang_log(ROBOT, leg, HUNG, chain, values, seed=1000 * seed + turn).log
             one = replace(one, time_s=one.time_s + clock)
             clock = float(one.time_s[-1]) + 60.0
             warm = 22.0 + 3.0 * np.sin(one.time_s / 300.0 + turn)
@@ -151,7 +151,7 @@ def pose_case(
 ) -> Case:  # fmt: skip
     """Poses on a robot whose offsets (and mounting, where `mounted`) are calibrated."""
     plan = replace(STOOD, poses=poses // 2, tripods=poses - poses // 2)
-    log = pose_log(ROBOT, plan, chain, values, seed=seed).log
+    log = simulated_pose_log(ROBOT, plan, chain, values, seed=seed).log
     order = np.random.default_rng([78, seed]).permutation(poses)
     log = replace(
         log, readings=log.readings[order], known={k: v[order] for k, v in log.known.items()},

@@ -16,7 +16,7 @@ from footcal_cli.core.online.filter import WalkNoise
 from footcal_cli.core.online.six_axis_replay import GUARDS, SixAxisReplay, replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import check_clock
+from footcal_cli.core.signals import clock_of
 from tests.core.ankle_walks import CHANNELS, ankle_walk
 from tests.core.walking import turned_world
 
@@ -30,7 +30,7 @@ class Walk:
 
     @property
     def merged(self) -> Merged:
-        log, clock = self.log, check_clock(self.log.time_s)
+        log, clock = self.log, clock_of(self.log.time_s)
         return Merged(log, log.readings, judge({}, len(log)), clock, clock, 50.0, None, None)
 
     def replayed(self, *, scales: bool = False, **options: object) -> SixAxisReplay:

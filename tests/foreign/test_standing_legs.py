@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.pose.data import Geometry, PoseData
-from footcal_cli.core.pose.departures import Disagreement, departures
+from footcal_cli.core.pose.departures import Disagreement, disagreements
 from footcal_cli.core.pose.hanging import leg_knowledge
 from footcal_cli.core.pose.joint import PoseFit, directions_agree
 from footcal_cli.core.pose.problem import PoseOptions
@@ -49,7 +49,7 @@ def fitted(
     data = posed(seed, too_heavy_n, slow_share)
     noise = np.tile([0.05] * 3 + [0.003] * 3, (6, 1))
     fit, _ = fit_pose_slowly(data, legs, noise, _USUAL)
-    found = departures(fit, legs, data.robot_weight_n)
+    found = disagreements(fit, legs, data.robot_weight_n)
     return fit, {one.name: one for one in found}, directions_agree(fit, legs)
 
 

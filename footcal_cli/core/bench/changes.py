@@ -42,7 +42,7 @@ class ParameterChange:
         return f"{owner} {parameter} {sd} sd since {since}"
 
 
-def find_changes(now: Estimates, before: Estimates) -> tuple[ParameterChange, ...]:
+def find_parameter_changes(now: Estimates, before: Estimates) -> tuple[ParameterChange, ...]:
     """Compare the parameters that both calibrations have, largest joint shift first.
 
     Parameters

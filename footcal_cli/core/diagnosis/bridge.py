@@ -42,14 +42,14 @@ def problem_from(
     rows
         Which errors count, from `rows_of`, or the problem of another model.
     within
-        Changes of parameters to which calibration is limited, as in `calibration_of`.
+        Changes of parameters to which calibration is limited, as in `calibration_at`.
     ideal
         Its recordings without noise, where a refit made them already.
     """
     ideal = ideal or balanced(case, case.values)
     library = library_columns(ideal, rows, effects, case if case.drifts else None)
     regressors, covariates = describe(ideal, rows)
-    calibration, turn = calibration_of(ideal, rows, within)
+    calibration, turn = calibration_at(ideal, rows, within)
     tracking = None
     if case.drifts and case.directions:
         wandering = [d.kind for d in case.directions if not d.lasting]
@@ -74,7 +74,7 @@ def problem_from(
     return with_imperfections(problem, ideal)
 
 
-def calibration_of(
+def calibration_at(
     ideal: Case, rows: Problem, within: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray | None]:
     """What calibration does to the residual at a model, and what each column turns, if constant.

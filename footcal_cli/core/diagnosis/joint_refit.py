@@ -38,7 +38,7 @@ class RefittedCause:
     shape: Mapping[str, float]
 
 
-def refitted(
+def refitted_together(
     single: SingleDiagnosis,
     causes: Sequence[JointCause],
     linear: Mapping[JointCause, tuple[SizeSeen | None, ...]],

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import (
     Describe,
-    calibration_of,
+    calibration_at,
     held_of,
     known_of,
     problem_from,
@@ -125,7 +125,7 @@ class Subject:
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
         within = self.problem.calibration_turn
-        calibration, turn = calibration_of(model.judged, self.problem, within)
+        calibration, turn = calibration_at(model.judged, self.problem, within)
         return replace(
             self.problem.without_usual({c.signature.effect for c in causes}),
             residual=model.residual,

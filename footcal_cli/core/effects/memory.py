@@ -74,7 +74,7 @@ RowState = tuple[float, int, float]
 """Stamp and block of the last row, and how long after the one before it in its block it came."""
 
 
-def rows_of(log: Log, last: RowState | None) -> tuple[RowIntervals, RowState]:
+def row_intervals(log: Log, last: RowState | None) -> tuple[RowIntervals, RowState]:
     """The recording of a log's chunk after the row `last`, and what the next chunk goes on from."""
     return log.of_time(_rows_of_all) if last is None else _rows_after(log, last)
 
@@ -168,7 +168,7 @@ LowPassState = tuple[float, FloatArray, FloatArray]
 """Last stamp, last input (c,), last output (c,) of a low-pass."""
 
 
-def low_pass(
+def first_order_low_pass(
     x: FloatArray, time_s: FloatArray, time_constant_s: FloatArray, state: LowPassState | None
 ) -> tuple[FloatArray, LowPassState]:
     """First-order low-pass ``τ dy/dt = x − y`` of an input that is linear between its samples.
@@ -188,7 +188,7 @@ def low_pass(
 def invert_low_pass(
     y: FloatArray, time_s: FloatArray, time_constant_s: FloatArray, state: LowPassState | None
 ) -> tuple[FloatArray, LowPassState]:
-    """The input that `low_pass` turned into y; exact."""
+    """The input that `first_order_low_pass` turned into y; exact."""
     swapped = None if state is None else (state[0], state[2], state[1])
     fresh, decay, gain, y_before, x_before = _low_pass_terms(y, time_s, time_constant_s, swapped)
     drive = np.multiply(decay, y_before, out=y_before)

@@ -26,9 +26,9 @@ from footcal_cli.core.inference.tracking import (
     PART_S,
     Tracking,
     Walk,
+    block_starts,
     innovations,
-    parts_of,
-    starts_of,
+    tracked_parts,
 )
 from footcal_cli.core.inference.wandering import variance_beside, wandering_columns
 from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener
@@ -240,13 +240,13 @@ def _raw_stretches(
     problem: Problem, tracking: Tracking, stretches: Sequence[IntArray]
 ) -> list[IntArray]:
     """Rows that belong to each stretch of kept rows, the starts of sequences among them."""
-    starts = starts_of(tracking, problem.block)
+    starts = block_starts(tracking, problem.block)
 
     def key(rows: IntArray) -> tuple[int, int]:
         block = int(problem.block[rows[0]])
         return block, int((np.median(tracking.time_s[rows]) - starts[block]) // PART_S)
 
-    partner = {key(rows): rows for rows in parts_of(tracking, problem.block)}
+    partner = {key(rows): rows for rows in tracked_parts(tracking, problem.block)}
     # a stretch whose kept rows have their middle in the one before has no rows left there
     return [partner.pop(key(rows), rows[:0]) for rows in stretches]
 

@@ -29,7 +29,7 @@ from footcal_cli.core.online.filter import Guards, Track, WalkNoise, run_filter
 from footcal_cli.core.online.jumps import BiasJump
 from footcal_cli.core.online.plates import PLATE_MASS, PLATE_STATE, lacking_n
 from footcal_cli.core.online.reference_states import MOMENTUM_SHARES, REFERENCE_STATES, advanced
-from footcal_cli.core.online.replay import Replayed, corrected, held
+from footcal_cli.core.online.replay import Replayed, corrected, held_until_next
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
@@ -184,11 +184,11 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     options = _for_stream(options or MemoryOptions(), log)
     if options.align and "robot.delay" in options.states:
         delay, moved, rows = aligned(
-            log, lambda moved, _: rows_of(moved, belief, options), "robot.delay", options.noise,
+            log, lambda moved, _: walk_rows(moved, belief, options), "robot.delay", options.noise,
             options.guards, _DELAY_PASSES,
         )  # fmt: skip
     else:
-        delay, moved, rows = 0.0, log, rows_of(log, belief, options)
+        delay, moved, rows = 0.0, log, walk_rows(log, belief, options)
     rows.refuse_if_empty()
     phase = gait_phase(moved, rows)
     noise, tuning, first = _learnt(rows, options)
@@ -250,12 +250,12 @@ def noise_learnt(
 def begun_delay_s(log: Log, belief: Belief, options: MemoryOptions) -> float:
     """The delay that a coarse search finds."""
     return coarse_delay_s(
-        log, lambda moved: rows_of(moved, belief, options), "robot.delay", options.noise,
+        log, lambda moved: walk_rows(moved, belief, options), "robot.delay", options.noise,
         options.guards,
     )  # fmt: skip
 
 
-def rows_of(log: Log, belief: Belief, options: MemoryOptions) -> Rows:
+def walk_rows(log: Log, belief: Belief, options: MemoryOptions) -> Rows:
     """The rows that the options ask for."""
     return cell_rows(
         log,
@@ -330,12 +330,12 @@ def replay_track(
 ) -> Replayed:
     """Forces and CoP along a filter's or a smoother's track."""
     n, c = len(memory.log), len(belief.channels)
-    values = held(memory.rows.last_sample, track.values, n)
+    values = held_until_next(memory.rows.last_sample, track.values, n)
     plates = [i for i, name in enumerate(track.names) if name.endswith((PLATE_STATE, PLATE_MASS))]
     below = lacking_n(memory.log, [track.names[i] for i in plates], values[:, plates])
     bias = values[:, c : 2 * c]
     if track.momentary is not None:
-        bias = bias + held(memory.rows.last_sample, track.momentary, n)
+        bias = bias + held_until_next(memory.rows.last_sample, track.momentary, n)
     return corrected(
         method, memory.log, belief, values[:, :c], bias, below, min_force_n=min_force_n
     )
@@ -344,7 +344,7 @@ def replay_track(
 def memory_reference(memory: Memory) -> Reference:
     """What the motion demands once the delay, CoM offset and L̇ that were found are taken out."""
     log, track = memory.log, memory.smoothed
-    values = held(memory.rows.last_sample, track.values, len(log))
+    values = held_until_next(memory.rows.last_sample, track.values, len(log))
     state = {name: values[:, i] for i, name in enumerate(track.names)}
     none = np.zeros(len(log))
     if "robot.delay" in state:

@@ -30,9 +30,9 @@ from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import (
     Memory,
     gait_phase,
-    rows_of,
     run_memory,
     sized_jumps,
+    walk_rows,
     within_band,
 )
 from footcal_cli.core.online.passes import Pass, open_biases
@@ -194,7 +194,7 @@ class WalkInParts:
         delay_s = self._delay_at(seam)
         log = advanced(part.merged.log, delay_s)
         states = tuple(name for name in REFERENCE_STATES if name in self._learnt.names)
-        rows = rows_of(log, self.belief, replace(options, states=states))
+        rows = walk_rows(log, self.belief, replace(options, states=states))
         unneeded = ~np.isin(rows.names, self._learnt.names)
         rows = rows.without(unneeded) if unneeded.any() else rows
         rows = within_band(rows, self._learnt.band_hz)

@@ -89,7 +89,7 @@ def constant_error(data: PoseData, fit: PoseFit) -> ConstantError:
     return ConstantError(mean, share, p)
 
 
-def departures(
+def disagreements(
     fit: PoseFit, legs: tuple[LegKnowledge, ...], robot_weight_n: float
 ) -> tuple[Disagreement, ...]:
     """Offsets, leg weights and robot weight that moved further than chance, the surest first.

@@ -54,7 +54,7 @@ def offset_values(robot: Hexapod) -> dict[str, float]:
     }
 
 
-def hang_log(
+def simulated_hang_log(
     robot: Hexapod,
     leg: str,
     plan: HangPlan,
@@ -253,7 +253,7 @@ def _ground_forces(
     return balanced
 
 
-def pose_log(
+def simulated_pose_log(
     robot: Hexapod, plan: PosePlan, chain: Chain, values: Mapping[str, float], *, seed: int
 ) -> Simulated:
     """The robot standing in many poses; a row and a block per pose."""
