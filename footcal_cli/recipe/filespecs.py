@@ -27,7 +27,8 @@ class Place(ForeignColumn):
     (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
     other columns that come on top and their units
     (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates texts,
-    `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
+    `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296); of a
+    cell's counts, the number of codes of a converter whose sign was lost.
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
     empty cell means what stands above it. `only_where` is for a weight that lies on one cell at a
     time, ``{ loaded_cell = "FL" }``: where that column says something else the number is 0.
