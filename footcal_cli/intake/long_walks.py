@@ -60,7 +60,7 @@ class _Stamps:
     missing: int = 0
 
     def increasing(self, stream: AnyStream) -> AnyStream:
-        """The rows of the next piece whose stamps increase, as `check_clock` keeps them."""
+        """The rows of the next piece whose stamps increase, as `clock_of` keeps them."""
         time_s = stream.time_s
         finite = np.where(np.isfinite(time_s), time_s, -np.inf)
         before = np.maximum.accumulate(np.concatenate([[self.last_s], finite]))[:-1]

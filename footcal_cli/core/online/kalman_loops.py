@@ -242,7 +242,7 @@ def filter_walk(
 ) -> Any:  # fmt: skip
     """Filter a walk with one setting; the bank of jumps along, where it has any biases.
 
-    `given`, `found` and `bank` are a `Given`, `Found` and `PlainBank` of
+    `given`, `found` and `bank` are a `PassInput`, `FilterOutput` and `PlainBank` of
     `footcal_cli.core.online.passes`; `mean` and `cov` are left as after the last update. Returns
     ln likelihood and number of jumps.
     """
