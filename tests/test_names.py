@@ -31,8 +31,11 @@ def test_a_type_has_a_name_of_its_own() -> None:
     assert defined_twice(functions=False) == {}
 
 
-ALSO = {"balance": "what each experiment's module calls its own"}
-"""Names of an interface, of which each module has one."""
+ALSO = {
+    "balance": "what each experiment's module calls its own",
+    "residual": "the one residual: of a log, and of the rows that count of a case",
+}
+"""Names that mean the same thing wherever they stand."""
 PUBLIC = "core/calibrate.py"
 """The library, whose functions are called as the experiments are."""
 

@@ -86,7 +86,7 @@ def derivatives_of_the_residual(
             values |= {f"{owner}.scale": scale * (1 + size), f"{owner}.bias": bias * (1 + size)}
         else:
             values[unknown] = values.get(unknown, 0.0) + size
-        balance = contract.residual_of_log(experiment, chain, log, values)
+        balance = contract.residual(experiment, chain, log, values)
         return along_the_heading(balance.error, log)
 
     for unknown in rows.names:

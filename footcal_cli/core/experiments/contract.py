@@ -94,7 +94,7 @@ class Experiment:
     few_visits: bool = False
 
 
-def residual_of_log(
+def residual(
     experiment: Experiment,
     chain: Chain,
     log: Log,

@@ -152,7 +152,7 @@ def residual(
     for i in range(len(case.logs)) if only is None else only:
         of_log = None if seen is None else seen[i]
         log, judged = case.recorded(i, used, values)
-        balance = contract.residual_of_log(case.experiment, used, log, values, of_log, judged)
+        balance = contract.residual(case.experiment, used, log, values, of_log, judged)
         here, at = rows.places[i]
         out[here] = balance.error.ravel()[at]
     scaled = out / rows.noise
@@ -192,7 +192,7 @@ def every(log: Log, stride: int) -> Log:
 def rows_of(case: Case) -> Problem:
     """Choose and order the rows of a case from its baseline; nothing explains them yet."""
     balances = [
-        contract.residual_of_log(case.experiment, case.chain, log, case.values) for log in case.logs
+        contract.residual(case.experiment, case.chain, log, case.values) for log in case.logs
     ]
     groups = case.groups or {}
     pooled = list(dict.fromkeys(groups.get(o, o) for b in balances for o in b.outputs))

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.experiments.contract import residual_of_log
+from footcal_cli.core.experiments.contract import residual
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.ideal import TORQUE_SHARE
 from footcal_cli.core.inference.problem import Problem
@@ -75,6 +75,6 @@ def _passed(
     case: Case, log: Log, probe: FloatArray, chain: Chain, values: Mapping[str, float]
 ) -> FloatArray:
     """What the probe becomes in the balance, shape (n, k)."""
-    noisy = residual_of_log(case.experiment, chain, log.with_readings(log.readings + probe), values)
-    plain = residual_of_log(case.experiment, chain, log, values)
+    noisy = residual(case.experiment, chain, log.with_readings(log.readings + probe), values)
+    plain = residual(case.experiment, chain, log, values)
     return np.nan_to_num(noisy.error - plain.error)

@@ -16,7 +16,7 @@ from scipy import optimize
 
 from footcal_cli.core import chances
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.experiments.contract import Experiment, residual_of_log
+from footcal_cli.core.experiments.contract import Experiment, residual
 from footcal_cli.core.inference.autoregression import ChannelNoise
 from footcal_cli.core.inference.fit import Fit, fit_map
 from footcal_cli.core.inference.levels import LevelLaw, lasting_levels, whitening
@@ -66,7 +66,7 @@ class Probe:
     def errors(self, log: Log, theta: FloatArray) -> FloatArray:
         """The residual of any log of the experiment, shape (n, c)."""
         values = dict(zip(self.names, theta.tolist(), strict=True))
-        return residual_of_log(self.experiment, self.chain, log, values).error
+        return residual(self.experiment, self.chain, log, values).error
 
     def coefficients(self, theta: FloatArray) -> FloatArray:
         """C of the errors ``z Cᵀ`` of each record, shape (L, c, d)."""
