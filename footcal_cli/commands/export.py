@@ -13,7 +13,7 @@ from footcal_cli.commands.options import Overwrite, Quiet, RecipeFile
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.exporters.contract import Exported, ExportedCalibration, HungWeight, Pose
+    from footcal_cli.exporters.contract import Exported, HungWeight, Pose, ToExport
     from footcal_cli.recipe import Recipe
     from footcal_cli.records.results import ParametersRecord
 
@@ -82,11 +82,11 @@ def _exported(
 ) -> Exported:
     from importlib import import_module
 
-    from footcal_cli.exporters.contract import ExportedCalibration
+    from footcal_cli.exporters.contract import ToExport
 
     assert options.to is not None, "checked by the caller"
     nominal, hung = _of_recipe(recipe)
-    source = ExportedCalibration(record, path.name, nominal, hung)
+    source = ToExport(record, path.name, nominal, hung)
     names = _names(source, path, options)
     module = options.to.replace("-", "_")
     exported: Exported = import_module(f"footcal_cli.exporters.{module}").export(source, names)
@@ -114,7 +114,7 @@ def _of_recipe(recipe: Recipe) -> tuple[dict[str, Pose], dict[str, HungWeight]]:
     return nominal, hung
 
 
-def _names(source: ExportedCalibration, path: Path, options: ExportOptions) -> Mapping[str, str]:
+def _names(source: ToExport, path: Path, options: ExportOptions) -> Mapping[str, str]:
     """Sensors to write -> the consumer's names for them.
 
     Raises

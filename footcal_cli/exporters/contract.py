@@ -64,7 +64,7 @@ class HungWeight:
 
 
 @dataclass(frozen=True)
-class ExportedCalibration:
+class ToExport:
     """A calibration, and what the recipe adds to it.
 
     Parameters
@@ -202,10 +202,7 @@ class ExportedCalibration:
 
 
 def head(
-    calibration: ExportedCalibration,
-    names: Collection[str],
-    lines: Sequence[str],
-    warnings: Sequence[str],
+    calibration: ToExport, names: Collection[str], lines: Sequence[str], warnings: Sequence[str]
 ) -> list[str]:
     """Comment lines that open a file: origin, conventions, what was not observed, losses."""
     record = calibration.record

@@ -284,7 +284,7 @@ def test_where_the_best_does_not_stand_its_refit_the_next_best_is_tried(
     """Its p is that of the family with the one that failed."""
     first = found_bent
     assert {f.cause.signature.effect for f in first.found} == {"nonlinearity"}
-    monkeypatch.setattr(growth, "_is_something", lambda c, *_: c.signature.effect != "nonlinearity")
+    monkeypatch.setattr(growth, "is_something", lambda c, *_: c.signature.effect != "nonlinearity")
     second = investigate(bent, CURVES, describe)
     (tried,) = second.rounds[0].causes
     assert tried.signature.effect != "nonlinearity"
