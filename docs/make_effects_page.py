@@ -21,7 +21,12 @@ from footcal_cli.core.simulation.bench_logs import (
 )
 from footcal_cli.core.simulation.biped_logs import Course, Streams, biped_logs
 from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
+from footcal_cli.core.simulation.hexapod_logs import (
+    HangPlan,
+    PosePlan,
+    simulated_hang_log,
+    simulated_pose_log,
+)
 from footcal_cli.core.simulation.noise import QUIET
 from footcal_cli.core.simulation.robots import Biped, Hexapod
 from footcal_cli.plots.style import AFTER, BEFORE, REFERENCE, new_figure, tidy
@@ -156,8 +161,8 @@ def clean_logs() -> dict[str, Log]:
         "walk": walked.cells.truth,
         "weights": weighed["left_fl"].truth,
         "placements": placed.truth,
-        "hang": hang_log(hexapod, "ml", hang, nothing, {}, seed=1).truth,
-        "pose": pose_log(hexapod, pose, nothing, {}, seed=1).truth,
+        "hang": simulated_hang_log(hexapod, "ml", hang, nothing, {}, seed=1).truth,
+        "pose": simulated_pose_log(hexapod, pose, nothing, {}, seed=1).truth,
     }
 
 

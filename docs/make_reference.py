@@ -15,6 +15,7 @@ from pydantic import BaseModel
 from footcal_cli.app import COMMANDS, function_of
 from footcal_cli.recipe import CommandOptions, Recipe
 from footcal_cli.recipe.filespecs import FileSpec, JoinSpec, PivotSpec, Place
+from footcal_cli.records.models import fields_of
 from footcal_cli.records.schemas import SCHEMAS
 from footcal_cli.tables import columns
 
@@ -50,10 +51,10 @@ def commands_page() -> str:
     return "\n".join(parts)
 
 
-def keys(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str]]:
+def keys(model: type, prefix: str = "") -> list[tuple[str, str, str]]:
     """Key, type and default of a model of settings, nested ones as tables."""
     rows = []
-    for name, field in model.model_fields.items():
+    for name, field in fields_of(model).items():
         kind = field.annotation
         if inspect.isclass(kind) and issubclass(kind, BaseModel):
             rows += keys(kind, f"{prefix}{name}.")
@@ -62,7 +63,7 @@ def keys(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str]]
             "–" if field.is_required() else f"`{field.get_default(call_default_factory=True)!r}`"
         )
         shown = kind.__name__ if inspect.isclass(kind) and "[" not in str(kind) else str(kind)
-        shown = re.sub(r"typing\.|footcal_cli\.\w+\.|pathlib\.", "", shown)
+        shown = re.sub(r"typing\.|collections\.abc\.|footcal_cli\.\w+\.|pathlib\.", "", shown)
         shown = re.sub(r"Annotated\[(\w+), .*\)\]", r"\1", shown)
         rows.append((f"`{prefix}{name}`", f"`{shown}`", default))
     return rows

@@ -7,8 +7,7 @@ import os
 import signal
 import sys
 
-_OBJECTS = 20_000
-"""New objects between two searches for garbage: imports make many and leave none."""
+from footcal_cli import NEW_OBJECTS
 
 
 def _leave(number: int, _frame: object) -> None:
@@ -22,7 +21,7 @@ def run() -> None:
     """Run the command line of this process."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
-    gc.set_threshold(_OBJECTS)
+    gc.set_threshold(NEW_OBJECTS)
     from footcal_cli.session.interruption import Interrupted, watched
 
     with watched(until_exit=True) as interruption:

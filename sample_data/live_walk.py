@@ -19,7 +19,7 @@ from footcal_cli.core.online.belief import nameplate
 from footcal_cli.core.online.estimator import LiveEstimator
 from footcal_cli.core.online.feed import LiveFeed, RobotFacts
 from footcal_cli.core.online.memory import MemoryOptions
-from footcal_cli.core.online.noise import Noise
+from footcal_cli.core.online.noise import WalkNoise
 from footcal_cli.core.online.streams import BodyStream, MergeRule, SensorStream
 
 HERE = Path(__file__).parent / "biped"
@@ -49,7 +49,7 @@ def main(seconds: float) -> None:
     scale = np.full(8, SCALE_N_PER_COUNT)
     belief = nameplate(CHANNELS, scale, -scale * ZERO_COUNTS)
     feed = LiveFeed(RobotFacts(belief, (CELLS, CELLS), mass_kg=5.3), rule=MergeRule(delay_s=0.02))
-    estimator = LiveEstimator(belief, MemoryOptions(noise=Noise()))
+    estimator = LiveEstimator(belief, MemoryOptions(noise=WalkNoise()))
     next_s = 1.0
     for line in lines(seconds):
         letter, *numbers = line.split(",")

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from footcal_cli.core.bench.plateaus import PlateauOptions
 from footcal_cli.core.hang.joint import HangOptions
 from footcal_cli.core.online.memory import MemoryOptions
-from footcal_cli.core.online.noise import Noise
+from footcal_cli.core.online.noise import WalkNoise
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import Estimates, Status
 from footcal_cli.core.pose.problem import PoseOptions
@@ -214,4 +214,4 @@ def test_the_robot_has_one_smallest_force_for_every_cop(
 
 
 def test_a_recipe_may_give_every_noise_of_a_walk() -> None:
-    assert set(NoiseOptions.model_fields) == {field.name for field in fields(Noise)}
+    assert set(NoiseOptions.model_fields) == {field.name for field in fields(WalkNoise)}

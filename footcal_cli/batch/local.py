@@ -15,12 +15,11 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.process import BaseProcess
 
+from footcal_cli import NEW_OBJECTS
 from footcal_cli.batch.plan import Died, Job, Work
 from footcal_cli.records.batch import SessionRecord
 
 _PR_SET_PDEATHSIG = 1
-_OBJECTS = 20_000
-"""New objects between two searches for garbage: imports make many and leave none."""
 ATTEMPTS = 2
 """A session over which a worker died is tried once more."""
 
@@ -97,7 +96,7 @@ def _of_parent() -> None:
     One that went on after its parent was killed would write beside the next run. Linux kills it at
     once; elsewhere a thread does, as soon as the work lets it.
     """
-    gc.set_threshold(_OBJECTS)
+    gc.set_threshold(NEW_OBJECTS)
     atexit.register(gc.freeze)  # an end without a search for garbage
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -23,7 +23,7 @@ from footcal_cli.recipe import CommandOptions
 from footcal_cli.recipe.options import Flag
 
 if TYPE_CHECKING:
-    from footcal_cli.formats.contract import Columns, Stream
+    from footcal_cli.formats.contract import Arrays, Stream
 
 
 class ConvertOptions(CommandOptions):
@@ -313,7 +313,7 @@ def _from(job: _Job) -> str:
     return f"from {streams} of {job.source}, {job.streams[0].clock}"
 
 
-def _pieces(job: _Job, options: ConvertOptions, notes: list[str]) -> Iterator[Columns]:
+def _pieces(job: _Job, options: ConvertOptions, notes: list[str]) -> Iterator[Arrays]:
     if len(job.streams) == 1:
         yield from job.streams[0].chunks()
         return
@@ -357,7 +357,7 @@ class _Span:
         self.last: float | int | None = None
         self.rows = 0
 
-    def watched(self, pieces: Iterator[Columns]) -> Iterator[Columns]:
+    def watched(self, pieces: Iterator[Arrays]) -> Iterator[Arrays]:
         for piece in pieces:
             if self.time is not None:
                 stamps = piece[self.time]

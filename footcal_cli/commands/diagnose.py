@@ -103,7 +103,7 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
     from footcal_cli.records.diagnosis import DiagnosisRecord
     from footcal_cli.records.files import read_record
     from footcal_cli.session.extended import extended
-    from footcal_cli.sheets.diagnosis.report import Request, outcome_of
+    from footcal_cli.sheets.diagnosis.report import DiagnosisRequest, outcome_of
 
     request, before = session.request, session.options.after
     # of a folder only those files are logs that are of the kind
@@ -112,7 +112,7 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
     read, found = _investigated(session, reader, table, rules)
     with session.step("plan"):
         moved = movements(read.case, found.problem, found.final)
-        asked = Request(
+        asked = DiagnosisRequest(
             f"Diagnosis of {session.recipe.robot.name}", read.testable(table), rules, request.seed,
             alone=found_alone(read, found),
             before=None if before is None else read_record(DiagnosisRecord, before),

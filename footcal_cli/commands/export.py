@@ -13,7 +13,7 @@ from footcal_cli.commands.options import Overwrite, Quiet, RecipeFile
 from footcal_cli.recipe import CommandOptions
 
 if TYPE_CHECKING:
-    from footcal_cli.exporters.contract import Calibration, Exported, Hung, Pose
+    from footcal_cli.exporters.contract import Exported, HungWeight, Pose, ToExport
     from footcal_cli.recipe import Recipe
     from footcal_cli.records.results import ParametersRecord
 
@@ -82,23 +82,23 @@ def _exported(
 ) -> Exported:
     from importlib import import_module
 
-    from footcal_cli.exporters.contract import Calibration
+    from footcal_cli.exporters.contract import ToExport
 
     assert options.to is not None, "checked by the caller"
     nominal, hung = _of_recipe(recipe)
-    source = Calibration(record, path.name, nominal, hung)
+    source = ToExport(record, path.name, nominal, hung)
     names = _names(source, path, options)
     module = options.to.replace("-", "_")
     exported: Exported = import_module(f"footcal_cli.exporters.{module}").export(source, names)
     return exported
 
 
-def _of_recipe(recipe: Recipe) -> tuple[dict[str, Pose], dict[str, Hung]]:
+def _of_recipe(recipe: Recipe) -> tuple[dict[str, Pose], dict[str, HungWeight]]:
     """Nominal poses, and what the recipe says hangs below."""
     import numpy as np
 
     from footcal_cli.core.spatial import rotation_of_rpy
-    from footcal_cli.exporters.contract import Hung, Pose
+    from footcal_cli.exporters.contract import HungWeight, Pose
 
     robot = recipe.robot
     nominal = {
@@ -110,11 +110,11 @@ def _of_recipe(recipe: Recipe) -> tuple[dict[str, Pose], dict[str, Hung]]:
         if foot.transducer_position_m is not None:
             place = np.array(foot.transducer_position_m)
             nominal[name] = Pose(place, rotation_of_rpy(foot.transducer_rotation_rpy_rad))
-            hung[name] = Hung(foot.weight_below_n, np.array(foot.com_below_m))
+            hung[name] = HungWeight(foot.weight_below_n, np.array(foot.com_below_m))
     return nominal, hung
 
 
-def _names(source: Calibration, path: Path, options: ExportOptions) -> Mapping[str, str]:
+def _names(source: ToExport, path: Path, options: ExportOptions) -> Mapping[str, str]:
     """Sensors to write -> the consumer's names for them.
 
     Raises

@@ -115,7 +115,7 @@ def _long(session: Session[OnlineReplayOptions], rule: MergeRule) -> Outcome:
     import numpy as np
 
     from footcal_cli.core.online.memory import memory_estimates
-    from footcal_cli.core.online.parts import Walk
+    from footcal_cli.core.online.parts import WalkInParts
     from footcal_cli.core.online.weighed import as_unsure_as_weighed
     from footcal_cli.intake.long_walks import LongWalk
     from footcal_cli.intake.walk import baseline_of, settings_of, truth_path
@@ -129,7 +129,7 @@ def _long(session: Session[OnlineReplayOptions], rule: MergeRule) -> Outcome:
     with session.step("learn"):
         teacher, belief = streams.teacher(causal=options.causal)
         settings = settings_of(options, teacher.own, belief, robot.weight_n or 53.0)
-        walk = Walk(belief, settings, teacher, baseline_of(session))
+        walk = WalkInParts(belief, settings, teacher, baseline_of(session))
         del teacher
 
     def pieces(advance: Callable[[float], None]) -> Iterator[dict[str, object]]:

@@ -16,11 +16,11 @@ from footcal_cli.recipe.options import Flag
 if TYPE_CHECKING:
     from footcal_cli.report.outcome import Outcome
 
-Options = TypeVar("Options", bound=CommandOptions)
+AnyOptions = TypeVar("AnyOptions", bound=CommandOptions)
 Given = dict[str, Any]
 """What the command line gave, by the name of the option; None where it gave nothing."""
 
-Logs = Annotated[
+LogArguments = Annotated[
     list[Path] | None,
     typer.Argument(metavar="LOG", help="Logs (CSV, CSV.gz, Parquet); replace \\[data]."),
 ]
@@ -30,7 +30,7 @@ RecipeFile = Annotated[
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 _FIRST: Mapping[str, tuple[Any, Any]] = {
-    "logs": (Logs, None),
+    "logs": (LogArguments, None),
     "recipe": (RecipeFile, None),
     "parameters": (
         Annotated[
@@ -82,7 +82,7 @@ _LAST: Mapping[str, tuple[Any, Any]] = {
 
 
 def command(
-    model: type[Options],
+    model: type[AnyOptions],
     *,
     lacks: Collection[str] = (),
     shared: Mapping[str, Any] | None = None,
@@ -137,7 +137,7 @@ def command(
 
 
 def without_folder(
-    model: type[Options], first: Mapping[str, Any], last: Mapping[str, Any]
+    model: type[AnyOptions], first: Mapping[str, Any], last: Mapping[str, Any]
 ) -> Callable[[Callable[[Given], None]], Callable[..., None]]:
     """Make a command that writes no run folder, of a function that takes what was given.
 
@@ -179,7 +179,7 @@ def overrides_of(model: type[CommandOptions], given: Given) -> Given:
 
 
 def begin(
-    name: str, model: type[Options], given: Given, overrides: Given, *, goes_on: bool = False
+    name: str, model: type[AnyOptions], given: Given, overrides: Given, *, goes_on: bool = False
 ) -> Any:
     """Open the session of a command; `overrides` as of `overrides_of`."""
     from footcal_cli.commands import option_tables

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, get_args
 import typer
 
 from footcal_cli.commands.options import command
-from footcal_cli.recipe.options import Kind, SimulateOptions
+from footcal_cli.recipe.options import SimulateOptions
+from footcal_cli.records.own_effects import ExperimentName
 
 if TYPE_CHECKING:
     from footcal_cli.report.outcome import Outcome
@@ -32,7 +33,7 @@ def simulate(session: Session[SimulateOptions]) -> Outcome:
     if options.experiment is None:
         raise UsageError(
             "no experiment named", file=session.recipe.path,
-            remedy=f"add --experiment, one of {', '.join(get_args(Kind))}",
+            remedy=f"add --experiment, one of {', '.join(get_args(ExperimentName))}",
         )  # fmt: skip
     from dataclasses import replace
 

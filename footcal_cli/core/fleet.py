@@ -16,7 +16,7 @@ from footcal_cli.core.inference.repeated import (
     Trend,
     components_of,
     find_changes,
-    level_of,
+    level_of_sessions,
     outlying,
     segments_of,
     trend_of,
@@ -54,7 +54,7 @@ class Sessions:
 
 
 @dataclass(frozen=True)
-class Series:
+class ParameterSeries:
     """One parameter of one robot over time.
 
     Parameters
@@ -162,7 +162,7 @@ class Fleet:
     """What many sessions say together."""
 
     sessions: Sessions
-    series: tuple[Series, ...]
+    series: tuple[ParameterSeries, ...]
     budgets: tuple[Budget, ...]
 
     def outlying_sessions(self) -> dict[str, list[str]]:
@@ -199,7 +199,9 @@ def study(sessions: Sessions) -> Fleet:
     return Fleet(sessions, series, budgets)
 
 
-def _series(sessions: Sessions, name: str, robot: str, at: IntArray, alpha: float) -> Series:
+def _series(
+    sessions: Sessions, name: str, robot: str, at: IntArray, alpha: float
+) -> ParameterSeries:
     time, values, sd = sessions.time[at], sessions.values[name][at], sessions.sd[name][at]
     none = np.zeros(at.size, dtype=np.int64)
     # one outlying session must neither make a change nor hide one
@@ -220,14 +222,14 @@ def _series(sessions: Sessions, name: str, robot: str, at: IntArray, alpha: floa
     p = outlying(left, sd, segment, alpha=alpha)
     good = p >= alpha
     levels = tuple(
-        level_of(values[(segment == k) & good], sd[(segment == k) & good])
+        level_of_sessions(values[(segment == k) & good], sd[(segment == k) & good])
         for k in range(len(changes) + 1)
         if np.any((segment == k) & good)
     )
     if len(levels) <= len(changes):  # a segment of outlying sessions only is no level
         changes, segment = (), none
-        levels = (level_of(values, sd),)
-    return Series(
+        levels = (level_of_sessions(values, sd),)
+    return ParameterSeries(
         name, sessions.units[name], robot, at, time, values, sd, changes, segment, levels, trend,
         drifting, p, alpha,
     )  # fmt: skip
@@ -241,7 +243,9 @@ def _line_is_better(
     y, t = values[kept], time[kept]
     steps = np.eye(len(changes) + 1)[segment]
     line = np.column_stack([np.ones(t.size), t - t.mean()])
-    tau = max(level_of(y[segment == k], sd[kept][segment == k]).between_sd for k in set(segment))
+    tau = max(
+        level_of_sessions(y[segment == k], sd[kept][segment == k]).between_sd for k in set(segment)
+    )
     weight = 1.0 / np.sqrt(np.maximum(sd[kept] ** 2 + tau**2, 1e-300))
     scores = []
     # a change point costs two numbers: where it is, and how large
@@ -252,7 +256,7 @@ def _line_is_better(
     return bool(scores[1] < scores[0])
 
 
-def _budget(sessions: Sessions, name: str, series: Sequence[Series]) -> Budget:
+def _budget(sessions: Sessions, name: str, series: Sequence[ParameterSeries]) -> Budget:
     """Components of one parameter, change points and trends taken out."""
     values, at = [], []
     for one in series:

@@ -48,14 +48,14 @@ class Finding:
     remedy: str
 
 
-Asked = ParamSpec("Asked")
+Params = ParamSpec("Params")
 
 
-def listed(check: Callable[Asked, Iterator[Finding]]) -> Callable[Asked, list[Finding]]:
+def listed(check: Callable[Params, Iterator[Finding]]) -> Callable[Params, list[Finding]]:
     """A check that yields its findings, called for all of them."""
 
     @wraps(check)
-    def called(*args: Asked.args, **words: Asked.kwargs) -> list[Finding]:
+    def called(*args: Params.args, **words: Params.kwargs) -> list[Finding]:
         return list(check(*args, **words))
 
     return called

@@ -14,7 +14,7 @@ _MOST_KEPT = 2**20
 """Values from which a median is taken; of longer series every second, fourth …"""
 
 
-class Seen:
+class ThinnedSeries:
     """A series of which so many values are kept as its median needs.
 
     Parameters
@@ -94,7 +94,7 @@ class Clock:
     missing: int
 
 
-def check_clock(time_s: FloatArray) -> Clock:
+def clock_of(time_s: FloatArray) -> Clock:
     """Find repeated and backward stamps and gaps.
 
     Parameters
@@ -366,6 +366,12 @@ def root_mean_square(values: FloatArray) -> float:
     """Of the finite values; NaN where there are none."""
     finite = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
+
+
+def means_of(values: FloatArray, number: IntArray, least: int = 0, none: float = 0.0) -> FloatArray:
+    """Mean of the values of each of at least so many numbers; of no values `none`."""
+    sums, count = (np.bincount(number, weights, least) for weights in (values, None))
+    return np.asarray(np.divide(sums, count, out=np.full(count.size, none), where=count > 0))
 
 
 def median_sd(values: FloatArray) -> float:

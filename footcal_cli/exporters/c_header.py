@@ -9,10 +9,10 @@ import re
 from collections.abc import Mapping
 
 from footcal_cli.errors import UsageError
-from footcal_cli.exporters.contract import LINEAR, Calibration, Exported, head, number
+from footcal_cli.exporters.contract import LINEAR, Exported, ToExport, head, number
 
 
-def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
+def export(calibration: ToExport, names: Mapping[str, str]) -> Exported:
     """Tables of cells and transducers, and a function that applies a row of each.
 
     Raises
@@ -41,7 +41,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     return Exported("\n".join([*lines, "#endif"]) + "\n", warnings)
 
 
-def _cells(calibration: Calibration, names: Mapping[str, str]) -> list[str]:
+def _cells(calibration: ToExport, names: Mapping[str, str]) -> list[str]:
     rows = []
     for name, theirs in names.items():
         scale, bias = calibration.values(name, ["scale", "bias"])
@@ -60,7 +60,7 @@ def _cells(calibration: Calibration, names: Mapping[str, str]) -> list[str]:
     ]  # fmt: skip
 
 
-def _transducers(calibration: Calibration, names: Mapping[str, str]) -> list[str]:
+def _transducers(calibration: ToExport, names: Mapping[str, str]) -> list[str]:
     rows = []
     for name, theirs in names.items():
         offset = ", ".join(number(x) for x in calibration.offset(name))

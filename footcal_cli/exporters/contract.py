@@ -52,7 +52,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Hung:
+class HungWeight:
     """What hangs below a transducer: its weight, and its CoM (3,) in the transducer's frame.
 
     `swing_m` is how far the CoM moves with the leg's shaft about that mean.
@@ -64,7 +64,7 @@ class Hung:
 
 
 @dataclass(frozen=True)
-class Calibration:
+class ToExport:
     """A calibration, and what the recipe adds to it.
 
     Parameters
@@ -81,7 +81,7 @@ class Calibration:
     record: ParametersRecord
     source: str
     nominal: Mapping[str, Pose]
-    hung: Mapping[str, Hung]
+    hung: Mapping[str, HungWeight]
 
     @property
     def cells(self) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ class Calibration:
         """Offset of a transducer ``[fx fy fz tx ty tz]``: reading = applied wrench + offset."""
         return self.values(name, [f"offset_{axis}" for axis in AXES])
 
-    def load(self, name: str) -> Hung:
+    def load(self, name: str) -> HungWeight:
         """What hangs below a transducer.
 
         Raises
@@ -120,7 +120,7 @@ class Calibration:
             swings = [f"com_{axis}_{part}" for part in ("sin", "cos") for axis in "xyz"]
             present = all(f"{name}.{swing}" in names for swing in swings)
             swing = self.values(name, swings).reshape(2, 3) if present else np.zeros((2, 3))
-            return Hung(
+            return HungWeight(
                 self.record.value(f"{name}.weight"),
                 self.values(name, means),
                 float(np.linalg.norm(swing, axis=1).max()),
@@ -202,7 +202,7 @@ class Calibration:
 
 
 def head(
-    calibration: Calibration, names: Collection[str], lines: Sequence[str], warnings: Sequence[str]
+    calibration: ToExport, names: Collection[str], lines: Sequence[str], warnings: Sequence[str]
 ) -> list[str]:
     """Comment lines that open a file: origin, conventions, what was not observed, losses."""
     record = calibration.record

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from footcal_cli.exporters.contract import Calibration, Exported, head, number, only
+from footcal_cli.exporters.contract import Exported, ToExport, head, number, only
 
 
-def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
+def export(calibration: ToExport, names: Mapping[str, str]) -> Exported:
     """A YAML file of one transducer.
 
     Raises

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.errors import UsageError
-from footcal_cli.exporters.contract import LINEAR, Calibration, Exported, head, number
+from footcal_cli.exporters.contract import LINEAR, Exported, ToExport, head, number
 
 _CONVENTIONS = (
     "cells.NAME: force N = scale * counts + bias, positive when pressed.",
@@ -17,7 +17,7 @@ _CONVENTIONS = (
 )
 
 
-def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
+def export(calibration: ToExport, names: Mapping[str, str]) -> Exported:
     """A function file; `Exported.content` has the variables of a ``.mat`` file.
 
     Raises

@@ -14,10 +14,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from footcal_cli.core.spatial import rpy_of_rotation
-from footcal_cli.exporters.contract import MOUNTING, Calibration, Exported, head, number, only
+from footcal_cli.exporters.contract import MOUNTING, Exported, ToExport, head, number, only
 
 
-def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
+def export(calibration: ToExport, names: Mapping[str, str]) -> Exported:
     """A calibration file of one sensor.
 
     Raises

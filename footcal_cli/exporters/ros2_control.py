@@ -13,10 +13,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.exporters.contract import GAINS, Calibration, Exported, head, number
+from footcal_cli.exporters.contract import GAINS, Exported, ToExport, head, number
 
 
-def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
+def export(calibration: ToExport, names: Mapping[str, str]) -> Exported:
     """A parameter file, a broadcaster per transducer."""
     warnings = list(calibration.beyond(list(names), GAINS))
     lines: list[str] = []
@@ -50,7 +50,7 @@ def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
     return Exported("\n".join([*(f"# {c}" for c in comments), *lines]) + "\n", tuple(warnings))
 
 
-def _weighed(calibration: Calibration, name: str) -> bool:
+def _weighed(calibration: ToExport, name: str) -> bool:
     return f"{name}.weight" in calibration.record.parameters or name in calibration.hung
 
 

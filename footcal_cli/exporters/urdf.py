@@ -11,12 +11,12 @@ from xml.sax.saxutils import quoteattr
 
 from footcal_cli.core.spatial import rpy_of_rotation
 from footcal_cli.errors import UsageError
-from footcal_cli.exporters.contract import MOUNTING, Calibration, Exported, head, number
+from footcal_cli.exporters.contract import MOUNTING, Exported, ToExport, head, number
 
 _BODY = "base_link"
 
 
-def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
+def export(calibration: ToExport, names: Mapping[str, str]) -> Exported:
     """A robot of `base_link` and, on a fixed joint each, the transducers.
 
     Raises

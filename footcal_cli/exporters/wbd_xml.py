@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from xml.sax.saxutils import quoteattr
 
-from footcal_cli.exporters.contract import LINEAR, Calibration, Exported, head, number
+from footcal_cli.exporters.contract import LINEAR, Exported, ToExport, head, number
 
 
-def export(calibration: Calibration, names: Mapping[str, str]) -> Exported:
+def export(calibration: ToExport, names: Mapping[str, str]) -> Exported:
     """The two groups, to be put into the device's configuration."""
     warnings = calibration.beyond(list(names), LINEAR)
     comments = head(

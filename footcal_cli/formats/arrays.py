@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from footcal_cli.formats.contract import CHUNK_ROWS, Array, Columns, Stream, seconds, time_column
+from footcal_cli.formats.contract import CHUNK_ROWS, Array, Arrays, Stream, seconds, time_column
 
 _MOST_COLUMNS_OF_A_MATRIX = 64
 
@@ -29,7 +29,7 @@ def tables(arrays: Mapping[str, Array], whole: str, kind: str) -> tuple[Stream, 
         What the file is called in a listing.
     """
     lengths = {a.shape[0] for a in arrays.values() if a.ndim == 1 and a.size > 1}
-    groups: dict[int, Columns] = {}
+    groups: dict[int, Arrays] = {}
     left_out: list[str] = []
     for name, array in arrays.items():
         found = _columns(name, array, lengths)
@@ -49,7 +49,7 @@ def tables(arrays: Mapping[str, Array], whole: str, kind: str) -> tuple[Stream, 
     return tuple(_named_apart(streams))
 
 
-def stream_of(name: str, kind: str, columns: Columns, left_out: tuple[str, ...] = ()) -> Stream:
+def stream_of(name: str, kind: str, columns: Arrays, left_out: tuple[str, ...] = ()) -> Stream:
     """A stream of columns that are in memory already."""
     names = tuple(columns)
     time = time_column(names)
@@ -65,14 +65,14 @@ def stream_of(name: str, kind: str, columns: Columns, left_out: tuple[str, ...] 
     )  # fmt: skip
 
 
-def pieces(columns: Columns) -> Iterator[Columns]:
+def pieces(columns: Arrays) -> Iterator[Arrays]:
     """Columns cut into pieces of at most `CHUNK_ROWS`."""
     rows = len(next(iter(columns.values())))
     for start in range(0, rows, CHUNK_ROWS):
         yield {name: values[start : start + CHUNK_ROWS] for name, values in columns.items()}
 
 
-def _columns(name: str, array: Array, lengths: set[int]) -> Columns | str:
+def _columns(name: str, array: Array, lengths: set[int]) -> Arrays | str:
     """An array as columns, or why it is left out."""
     if array.dtype.kind not in "biufSUO":
         return f"{name} ({array.dtype})"
@@ -91,7 +91,7 @@ def _columns(name: str, array: Array, lengths: set[int]) -> Columns | str:
     return {f"{name}_{i}": array[:, i] for i in range(array.shape[1])}
 
 
-def _parent(columns: Columns) -> str:
+def _parent(columns: Arrays) -> str:
     """The struct or group that all names of a table lie in, with its dot; else nothing."""
     paths = [name.split(".")[:-1] for name in columns]
     shared = [parts[0] for parts in zip(*paths, strict=False) if len(set(parts)) == 1]
@@ -108,6 +108,6 @@ def _named_apart(streams: list[Stream]) -> Iterator[Stream]:
             yield Stream(**{**vars(stream), "name": f"{stream.name}.{stream.rows}_rows"})
 
 
-def as_table(values: np.ndarray[tuple[int, ...], np.dtype[np.void]], name: str) -> Columns:
+def as_table(values: np.ndarray[tuple[int, ...], np.dtype[np.void]], name: str) -> Arrays:
     """Fields of a structured array by dotted name."""
     return {f"{name}.{f}": np.asarray(values[f]) for f in values.dtype.names or ()}

@@ -9,10 +9,10 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import as_table, tables
-from footcal_cli.formats.contract import Array, Clock, Stream
+from footcal_cli.formats.contract import Array, ClockOf, Stream
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """Tables of a file of arrays; fields of structured arrays by dotted names.
 
     Raises

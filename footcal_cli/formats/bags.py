@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from footcal_cli.errors import DataError, FootcalError
-from footcal_cli.formats.contract import Clock, Columns, Stream, library
-from footcal_cli.formats.messages import Rows, Shape
+from footcal_cli.formats.contract import Arrays, ClockOf, Stream, library
+from footcal_cli.formats.messages import Shape, TopicRows
 
 
-def streams(path: Path, clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, clock: ClockOf) -> tuple[Stream, ...]:
     """All topics of a bag: a ``.bag`` or ``.db3`` file, or the folder of a ROS 2 bag.
 
     Raises
@@ -38,7 +38,7 @@ def streams(path: Path, clock: Clock) -> tuple[Stream, ...]:
 
 
 def _stream(
-    path: Path, clock: Clock, topic: str, kind: str, rows: int, shape: Shape | str | None,
+    path: Path, clock: ClockOf, topic: str, kind: str, rows: int, shape: Shape | str | None,
     duration_s: float,
 ) -> Stream:  # fmt: skip
     if not isinstance(shape, Shape):
@@ -65,8 +65,8 @@ def _shapes(reader: Any, wanted: set[str]) -> dict[str, Shape | str]:
     return found
 
 
-def _chunks(path: Path, topic: str, shape: Shape, clock: Clock) -> Iterator[Columns]:
-    rows = Rows(shape, clock, path, topic)
+def _chunks(path: Path, topic: str, shape: Shape, clock: ClockOf) -> Iterator[Arrays]:
+    rows = TopicRows(shape, clock, path, topic)
     with _opened(path) as reader:
         mine = [connection for connection in reader.connections if connection.topic == topic]
         for connection, log_ns, raw in reader.messages(connections=mine):

@@ -15,12 +15,12 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Array, Clock, Columns, Stream, library, with_unit
+from footcal_cli.formats.contract import Array, Arrays, ClockOf, Stream, library, with_unit
 
 _TO_SI = {"N": 1.0, "kN": 1e3, "Nmm": 1e-3, "Nm": 1.0, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """``analog``, ``points`` and ``plate_1 …``, each with ``time_s`` from the first frame on.
 
     Raises
@@ -63,9 +63,9 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     return tuple(found)
 
 
-def _plate(plate: dict[str, Any], path: Path) -> Columns:
+def _plate(plate: dict[str, Any], path: Path) -> Arrays:
     """Force, moment about the plate's centre, and CoP of one force plate in SI units."""
-    columns: Columns = {}
+    columns: Arrays = {}
     for key, name, suffix, unit in (
         ("force", "force", "n", plate["unit_force"]),
         ("moment", "moment", "nm", plate["unit_moment"]),
@@ -86,7 +86,7 @@ def _plate(plate: dict[str, Any], path: Path) -> Columns:
     return columns
 
 
-def _clocked(rows: int, rate_hz: float) -> Columns:
+def _clocked(rows: int, rate_hz: float) -> Arrays:
     columns: dict[str, Array] = {}
     if rate_hz > 0:
         columns["time_s"] = np.arange(rows) / rate_hz

@@ -14,9 +14,9 @@ from footcal_cli.errors import missing_library
 from footcal_cli.tables.units import TIMES
 
 Array = NDArray[Any]
-Columns = dict[str, Array]
+Arrays = dict[str, Array]
 """Columns of one length, by name."""
-Clock = Literal["header", "log"]
+ClockOf = Literal["header", "log"]
 """Which stamp of a message: when it was measured, or when it was recorded."""
 
 CHUNK_ROWS = 50_000
@@ -63,7 +63,7 @@ class Stream:
     columns: tuple[str, ...]
     time: str | None
     clock: str
-    chunks: Callable[[], Iterator[Columns]]
+    chunks: Callable[[], Iterator[Arrays]]
     left_out: tuple[str, ...] = ()
     duration_s: float | None = None
 

@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from footcal_cli.errors import DataError, UsageError
-from footcal_cli.formats.contract import Clock, Stream
+from footcal_cli.formats.contract import ClockOf, Stream
 from footcal_cli.tables.foreign import (
     READERS,
     SEGMENTS,
@@ -16,7 +16,7 @@ from footcal_cli.tables.foreign import (
 )
 
 
-def open_source(path: Path, clock: Clock) -> tuple[Stream, ...]:
+def open_source(path: Path, clock: ClockOf) -> tuple[Stream, ...]:
     """The streams of a foreign file or folder.
 
     Raises

@@ -11,14 +11,14 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Array, Clock, Columns, Stream, number_of
+from footcal_cli.formats.contract import Array, Arrays, ClockOf, Stream, number_of
 from footcal_cli.tables.foreign import without_braces
 
 _ENTRY = re.compile(r"^(?P<indent>\s*)(?P<dash>- )?(?:(?P<key>[A-Za-z_][\w ]*):)?\s*(?P<value>.*)$")
 _LIST = re.compile(r"^\[(.*)\]$")
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """The one table of the messages: a column for every number, keys joined by dots.
 
     Raises
@@ -44,7 +44,7 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     return (stream_of(path.stem, "messages as text", _stamped(columns)),)
 
 
-def _stamped(columns: Columns) -> Columns:
+def _stamped(columns: Arrays) -> Arrays:
     """The stamp of a header as whole nanoseconds."""
     for seconds, rest in (("sec", "nanosec"), ("secs", "nsecs")):
         names = next(

@@ -9,12 +9,12 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import as_table, tables
-from footcal_cli.formats.contract import Array, Clock, Stream, library, with_unit
+from footcal_cli.formats.contract import Array, ClockOf, Stream, library, with_unit
 
 _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """Tables of an HDF5 file.
 
     Raises

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from footcal_cli.formats.contract import Array, Columns
+from footcal_cli.formats.contract import Array, Arrays
 
 How = Literal["nearest", "previous"]
 
@@ -17,12 +17,12 @@ How = Literal["nearest", "previous"]
 class Joined:
     """One table, and for each stream that was joined the rows that found no partner."""
 
-    columns: Columns
+    columns: Arrays
     unmatched: Mapping[str, int]
 
 
 def joined(
-    streams: Mapping[str, tuple[Columns, str]], clock: str, how: How, tolerance_s: float
+    streams: Mapping[str, tuple[Arrays, str]], clock: str, how: How, tolerance_s: float
 ) -> Joined:
     """Join streams on the stamps of one.
 
@@ -39,7 +39,7 @@ def joined(
     """
     columns, time = streams[clock]
     stamps = columns[time]
-    result: Columns = {time: stamps}
+    result: Arrays = {time: stamps}
     result |= {f"{clock}.{n}": v for n, v in columns.items() if n != time}
     unmatched = {}
     for name, (others, other_time) in streams.items():

@@ -14,11 +14,11 @@ from typing import Any, TextIO
 import numpy as np
 
 from footcal_cli.errors import DataError
-from footcal_cli.formats.contract import CHUNK_ROWS, Clock, Columns, Stream, seconds, time_column
+from footcal_cli.formats.contract import CHUNK_ROWS, Arrays, ClockOf, Stream, seconds, time_column
 from footcal_cli.formats.messages import flat
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """The one table of the file; its columns are those of any line.
 
     Raises
@@ -70,7 +70,7 @@ def _complete(path: Path, kinds: dict[str, str]) -> set[str]:
     return found
 
 
-def _chunks(path: Path, kinds: dict[str, str]) -> Iterator[Columns]:
+def _chunks(path: Path, kinds: dict[str, str]) -> Iterator[Arrays]:
     rows: list[dict[str, Any]] = []
     for _, values, _ in _objects(path):
         rows.append(values)
@@ -81,7 +81,7 @@ def _chunks(path: Path, kinds: dict[str, str]) -> Iterator[Columns]:
         yield _columns(rows, kinds)
 
 
-def _columns(rows: list[dict[str, Any]], kinds: dict[str, str]) -> Columns:
+def _columns(rows: list[dict[str, Any]], kinds: dict[str, str]) -> Arrays:
     dtypes: dict[str, Any] = {"text": object, "whole": np.int64, "number": np.float64}
     absent: dict[str, Any] = {"text": "", "whole": 0, "number": np.nan}
     return {

@@ -9,13 +9,13 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Clock, Columns, Stream, with_unit
+from footcal_cli.formats.contract import Arrays, ClockOf, Stream, with_unit
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.nested import unpacked
 from footcal_cli.tables.rawcolumn import RawColumn
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """The one table of the file under its own names; dates become nanoseconds since 1970.
 
     Raises
@@ -37,8 +37,8 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
     return (stream_of(path.name.split(".")[0], "CSV", columns),)
 
 
-def _plain(raw: Mapping[str, RawColumn]) -> Columns:
-    columns: Columns = {}
+def _plain(raw: Mapping[str, RawColumn]) -> Arrays:
+    columns: Arrays = {}
     for name, column in raw.items():
         if column.kind in {"stamp", "duration"}:
             columns[with_unit(name, "ns")] = column.values

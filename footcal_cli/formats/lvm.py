@@ -10,14 +10,14 @@ from itertools import pairwise
 from pathlib import Path
 
 from footcal_cli.errors import DataError
-from footcal_cli.formats.contract import Clock, Stream, with_unit
+from footcal_cli.formats.contract import ClockOf, Stream, with_unit
 from footcal_cli.formats.records import table_of
 from footcal_cli.tables.foreign import END_OF_HEADER
 
 _LEAST = 2
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """The rows of all segments, with the number of the segment as their run.
 
     Raises

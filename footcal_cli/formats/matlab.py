@@ -10,14 +10,14 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import tables
-from footcal_cli.formats.contract import Array, Clock, Stream
+from footcal_cli.formats.contract import Array, ClockOf, Stream
 from footcal_cli.formats.hdf5 import arrays_of
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """Arrays of all variables; structs by dotted names.
 
     Raises

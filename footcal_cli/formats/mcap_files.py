@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from footcal_cli.errors import DataError, FootcalError
-from footcal_cli.formats.contract import Clock, Columns, Stream, library
-from footcal_cli.formats.messages import Rows, Shape
+from footcal_cli.formats.contract import Arrays, ClockOf, Stream, library
+from footcal_cli.formats.messages import Shape, TopicRows
 
 Decode = Callable[[bytes], object]
 
 
-def streams(path: Path, clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, clock: ClockOf) -> tuple[Stream, ...]:
     """All topics of an MCAP file.
 
     Raises
@@ -61,8 +61,8 @@ def streams(path: Path, clock: Clock) -> tuple[Stream, ...]:
     return tuple(found)
 
 
-def _chunks(path: Path, topic: str, shape: Shape, clock: Clock) -> Iterator[Columns]:
-    rows = Rows(shape, clock, path, topic)
+def _chunks(path: Path, topic: str, shape: Shape, clock: ClockOf) -> Iterator[Arrays]:
+    rows = TopicRows(shape, clock, path, topic)
     decoders: dict[int, Decode | str] = {}
     for schema, channel, message in _messages(path, topic):
         if channel.id not in decoders:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from footcal_cli.errors import DataError
-from footcal_cli.formats.contract import CHUNK_ROWS, Clock, Columns
+from footcal_cli.formats.contract import CHUNK_ROWS, Arrays, ClockOf
 
 _SUFFIX: Mapping[tuple[str, str], str] = {
     ("Wrench", "force"): "n", ("Wrench", "torque"): "nm",
@@ -179,7 +179,7 @@ class Shape:
             header_ns(message) is not None,
         )
 
-    def clock(self, asked: Clock) -> str:
+    def clock(self, asked: ClockOf) -> str:
         """Which stamps the stream gets, in words."""
         if asked == "log":
             return "log time"
@@ -187,7 +187,7 @@ class Shape:
 
 
 @dataclass
-class Rows:
+class TopicRows:
     """Messages of one topic, gathered into pieces of columns.
 
     Parameters
@@ -201,7 +201,7 @@ class Rows:
     """
 
     shape: Shape
-    clock: Clock
+    clock: ClockOf
     path: Path
     topic: str
     _rows: dict[str, list[Any]] = field(default_factory=dict)
@@ -236,9 +236,9 @@ class Rows:
         """Whether a piece is complete."""
         return len(self._stamps) >= CHUNK_ROWS
 
-    def take(self) -> Columns:
+    def take(self) -> Arrays:
         """The piece gathered so far; begins the next one."""
-        columns: Columns = {"time_ns": np.array(self._stamps, dtype=np.int64)}
+        columns: Arrays = {"time_ns": np.array(self._stamps, dtype=np.int64)}
         for name in self.shape.columns:
             values = self._rows[name]
             if name in self.shape.texts:

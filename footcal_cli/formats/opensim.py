@@ -14,13 +14,13 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Clock, Columns, Stream
+from footcal_cli.formats.contract import Arrays, ClockOf, Stream
 
 _GROUND = ((r"_v[xyz]$", "n"), (r"_p[xyz]$", "m"), (r"(torque|moment|_m)_?[xyz]$", "nm"))
 _TRANSLATION = re.compile(r"_t[xyz]$")
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """The one table of the file.
 
     Raises
@@ -37,7 +37,7 @@ def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
             file=path, remedy="copy or export it again",
         )  # fmt: skip
     in_degrees = header.get("indegrees", "")
-    columns: Columns = {
+    columns: Arrays = {
         _with_unit(name, names, in_degrees): rows[:, i] for i, name in enumerate(names)
     }
     return (stream_of(path.stem, "OpenSim storage", columns),)

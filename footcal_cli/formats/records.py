@@ -16,7 +16,7 @@ import numpy as np
 
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
-from footcal_cli.formats.contract import Array, Clock, Stream, number_of, with_unit
+from footcal_cli.formats.contract import Array, ClockOf, Stream, number_of, with_unit
 from footcal_cli.tables.foreign import BLOCKS, cards, is_xml
 from footcal_cli.tables.pose_blocks import pose_blocks
 from footcal_cli.tables.turns import rows_of_turns
@@ -31,7 +31,7 @@ _PAIR = re.compile(r"^(?P<key>\"[^\"]*\"|'[^']*'|[^\s:#\[{][^:]*?)\s*:(?:\s+(?P<
 _DASH = re.compile(r"^(?P<indent>\s*)-\s+(?P<rest>\S.*)$")
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """The one table of the records.
 
     Raises

@@ -9,13 +9,13 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 from footcal_cli.errors import DataError
-from footcal_cli.formats.contract import Clock, Stream
+from footcal_cli.formats.contract import ClockOf, Stream
 from footcal_cli.formats.records import table_of
 
 _LEAST = 2
 
 
-def streams(path: Path, _clock: Clock) -> tuple[Stream, ...]:
+def streams(path: Path, _clock: ClockOf) -> tuple[Stream, ...]:
     """Every table with a row of names and two rows below it.
 
     Raises

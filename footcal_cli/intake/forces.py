@@ -18,7 +18,7 @@ from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.effects.foot import CELL_POSITION
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import Seen
+from footcal_cli.core.signals import ThinnedSeries
 from footcal_cli.errors import UsageError
 from footcal_cli.intake.cell_effects import (
     temperature_assumed,
@@ -47,8 +47,8 @@ class SeenForces:
     """
 
     def __init__(self) -> None:
-        self.total = Seen(0.0)
-        self.feet: dict[str, Seen] = {}
+        self.total = ThinnedSeries(0.0)
+        self.feet: dict[str, ThinnedSeries] = {}
         self.lost = 0
         self.shown: dict[str, FloatArray] = {}
         self.places_m: dict[str, FloatArray] = {}
@@ -68,7 +68,7 @@ class SeenForces:
                 self.shown = {name: values[rows] for name, values in columns.items()}
                 self.places_m = calibration.places_m()
             for foot in calibration.feet:
-                seen = self.feet.setdefault(foot, Seen(calibration.min_force_n))
+                seen = self.feet.setdefault(foot, ThinnedSeries(calibration.min_force_n))
                 seen.add(columns[f"{foot}_fz_n"])
             yield columns
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.kinematics import Accelerations, Posture, accelerations, standing_base
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import check_clock
+from footcal_cli.core.signals import clock_of
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.joints import base_of, feet_frames, joints_of, read_joints
 from footcal_cli.intake.rigid_body import read_urdf
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Motion:
+class JointMotion:
     """What a URDF does along a log.
 
     Parameters
@@ -48,7 +48,7 @@ class Motion:
     carried_n: float | None
 
 
-def read_motion(session: Session[KinematicsOptions]) -> Motion:
+def read_motion(session: Session[KinematicsOptions]) -> JointMotion:
     """Read the URDF and the one log, and move the URDF along it.
 
     Raises
@@ -67,7 +67,7 @@ def read_motion(session: Session[KinematicsOptions]) -> Motion:
         positions = joints_of(log, body, options)
         base_m, turned = base_of(log)
     stamps = log.number("time_s")
-    keep = check_clock(stamps).keep
+    keep = clock_of(stamps).keep
     if keep.size < 4:
         raise DataError(
             f"{keep.size} rows with increasing stamps are too few", file=log.path,
@@ -93,7 +93,7 @@ def read_motion(session: Session[KinematicsOptions]) -> Motion:
     carried_n = None
     if all(column in log for column in loads):
         carried_n = float(np.nanmean(log.numbers(loads).sum(axis=1)))
-    return Motion(
+    return JointMotion(
         log.path.name, body.mass_kg, tuple(feet), stamps[keep], posture, moved,
         base_m is not None, carried_n,
     )  # fmt: skip

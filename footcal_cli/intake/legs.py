@@ -16,8 +16,8 @@ from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.intake import Frames, frames_of
 from footcal_cli.core.pose.steady import (
     SteadyRule,
-    Stretch,
-    Verdict,
+    SteadyStretch,
+    StretchVerdict,
     medians,
     steady_stretches,
     why_no_pose,
@@ -101,7 +101,7 @@ def steady_frames(
             raise DataError("time stamps do not increase", file=table.path, column="time_s")
         stretches = steady_stretches(time_s, columns["wrench"][..., :3], SteadyRule(*rule))
         for stretch in stretches:
-            if stretch.verdict is not Verdict.KEPT:
+            if stretch.verdict is not StretchVerdict.KEPT:
                 name = f"stretch discarded: {stretch.verdict.value}"
                 rejected[name] = rejected.get(name, 0) + 1
         notes += _poses_left_out(table.path.name, time_s, stretches, rule[1])
@@ -117,12 +117,12 @@ def steady_frames(
 
 
 def _poses_left_out(
-    file: str, time_s: FloatArray, stretches: Sequence[Stretch], least_s: float
+    file: str, time_s: FloatArray, stretches: Sequence[SteadyStretch], least_s: float
 ) -> list[Finding]:
     """Which quiet stretches of a stream did not become a pose; the moving ones are no poses."""
     short = [
         s for s in stretches
-        if s.verdict is Verdict.TOO_SHORT and s.duration_s > _NAMED_SHARE * least_s
+        if s.verdict is StretchVerdict.TOO_SHORT and s.duration_s > _NAMED_SHARE * least_s
     ]  # fmt: skip
     if not short:
         return []

@@ -13,7 +13,7 @@ from footcal_cli.core.body_stream import check_overlap
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.judged import in_band
 from footcal_cli.core.online.merging import merge_cells
-from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, ENOUGH_CYCLES, PART_S, Part
+from footcal_cli.core.online.parts import AHEAD_S, BEFORE_S, ENOUGH_CYCLES, PART_S, WalkPart
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
@@ -43,7 +43,7 @@ _AROUND_ROWS, _AROUND_S = 8, 5.0
 _MOST_KEPT = 2**16
 """Rows kept for checks of the whole walk; of longer ones every second, fourth …"""
 
-Stream = TypeVar("Stream", SensorStream, BodyStream)
+AnyStream = TypeVar("AnyStream", SensorStream, BodyStream)
 Read = Callable[[TableType, str], Iterable[Table]]
 
 
@@ -59,8 +59,8 @@ class _Stamps:
     longest_gap_s: float = 0.0
     missing: int = 0
 
-    def increasing(self, stream: Stream) -> Stream:
-        """The rows of the next piece whose stamps increase, as `check_clock` keeps them."""
+    def increasing(self, stream: AnyStream) -> AnyStream:
+        """The rows of the next piece whose stamps increase, as `clock_of` keeps them."""
         time_s = stream.time_s
         finite = np.where(np.isfinite(time_s), time_s, -np.inf)
         before = np.maximum.accumulate(np.concatenate([[self.last_s], finite]))[:-1]
@@ -92,7 +92,7 @@ class _Stamps:
         )  # fmt: skip
 
 
-def _chosen(stream: Stream, at: Any) -> Stream:
+def _chosen(stream: AnyStream, at: Any) -> AnyStream:
     """Some rows of a stream."""
     changes: dict[str, Any] = {
         f.name: getattr(stream, f.name)[at]
@@ -102,7 +102,7 @@ def _chosen(stream: Stream, at: Any) -> Stream:
     return replace(stream, **changes)
 
 
-def _joined(streams: list[Stream]) -> Stream:
+def _joined(streams: list[AnyStream]) -> AnyStream:
     """Pieces of a stream that follow each other as one."""
     if len(streams) == 1:
         return streams[0]
@@ -180,13 +180,13 @@ class LongWalk:
 
         return LongWalk(self.session, self.rule, self.update_hz, read)
 
-    def teacher(self, *, causal: bool) -> tuple[Part, Belief]:
+    def teacher(self, *, causal: bool) -> tuple[WalkPart, Belief]:
         """The first part with gait cycles enough to learn from, else the one with most of them.
 
         A live run can learn from its beginning alone.
         """
         streams = self.again()
-        best: Part | None = None
+        best: WalkPart | None = None
         for part in streams.parts():
             if best is None or part.cycles > best.cycles:
                 best = part
@@ -207,7 +207,7 @@ class LongWalk:
         """Names of the feet."""
         return tuple(self.session.recipe.robot.feet)
 
-    def parts(self) -> Iterator[Part]:
+    def parts(self) -> Iterator[WalkPart]:
         """The walk part by part, each with what lies around it."""
         robot = self.session.recipe.robot
         require_feet_of_cells(robot, self.session.recipe.path)
@@ -242,7 +242,7 @@ class LongWalk:
             if at.size:
                 self._body.count_gaps(motion.time_s, int(at[0]), int(at[-1]) + 1)
             true_n = None if truth is None else self._true(truth, merged)
-            part = Part(merged, start, stop, true_n)
+            part = WalkPart(merged, start, stop, true_n)
             if part.cycles >= ENOUGH_CYCLES:  # standing tells no cell from another
                 self._said.append(wiring_of(part.own, self.belief, "walk"))
             made = [part]
@@ -322,26 +322,26 @@ class LongWalk:
         return Recording(merged, self.belief, self.feet, name, False, self._no_momentum)
 
 
-class _Ahead(Generic[Stream]):
+class _Ahead(Generic[AnyStream]):
     """Pieces of a stream, read as far as they are wanted and dropped once they are not."""
 
-    def __init__(self, pieces: Iterator[Stream]) -> None:
-        self._pieces: Iterator[Stream] = pieces
-        self._held: list[Stream] = []
+    def __init__(self, pieces: Iterator[AnyStream]) -> None:
+        self._pieces: Iterator[AnyStream] = pieces
+        self._held: list[AnyStream] = []
         self.ended = False
 
-    def first(self) -> Stream:
+    def first(self) -> AnyStream:
         """The first piece that has rows enough to tell a rate."""
         return self.rows_until(4)
 
-    def rows_until(self, rows: int) -> Stream:
+    def rows_until(self, rows: int) -> AnyStream:
         """What is held, at least so many rows unless the stream ends before."""
         while not self.ended and sum(len(one.time_s) for one in self._held) <= rows:
             self._more()
         self._held = [_joined(self._held)]
         return self._held[0]
 
-    def between(self, start_s: float, stop_s: float) -> Stream:
+    def between(self, start_s: float, stop_s: float) -> AnyStream:
         """Rows of a time and some around it; earlier ones are dropped."""
         while not self.ended and not (self._held and self._held[-1].time_s[-1:] > stop_s):
             self._more()

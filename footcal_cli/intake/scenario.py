@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.log import ExperimentName
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import PlacementsPlan, WeightsPlan
 from footcal_cli.core.simulation.biped_logs import StandPlan, Streams
@@ -30,7 +31,7 @@ from footcal_cli.core.simulation.scenario import ON_FEET, EffectRequest, Scenari
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.intake.recordings import is_six_axis_robot
 from footcal_cli.recipe import Foot, Robot
-from footcal_cli.recipe.options import Kind, SimulateOptions
+from footcal_cli.recipe.options import SimulateOptions
 from footcal_cli.records.effects import known_effect, record_of_effect
 from footcal_cli.records.results import TruthRecord
 from footcal_cli.tables.columns import Column, TableType
@@ -100,7 +101,7 @@ def robot_of(session: Session[SimulateOptions], experiment: str) -> Biped | Hexa
         return usual if experiment in ON_FEET else Hexapod()
     why = _what_it_lacks(recipe.robot, experiment)
     if why:
-        able = [kind for kind in get_args(Kind) if not _what_it_lacks(recipe.robot, kind)]
+        able = [kind for kind in get_args(ExperimentName) if not _what_it_lacks(recipe.robot, kind)]
         raise UsageError(
             f"'{experiment}' needs {why}", file=recipe.path,
             remedy=f"this robot can do {', '.join(able)}" if able else "describe the robot "

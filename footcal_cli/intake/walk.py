@@ -10,9 +10,9 @@ import numpy as np
 
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.comparison import Settings
+from footcal_cli.core.online.comparison import ReplaySettings
 from footcal_cli.core.online.memory import MemoryOptions
-from footcal_cli.core.online.noise import Noise, starting_noise
+from footcal_cli.core.online.noise import WalkNoise, starting_noise
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.online.tuning import LEARNT
 from footcal_cli.core.parameters import Estimates, FloatArray
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 
 def settings_of(
     options: OnlineReplayOptions, merged: Merged, belief: Belief, weight_n: float
-) -> Settings:
+) -> ReplaySettings:
     """How the walk is replayed; learning starts from what its idle cells show."""
     idle = channel_contact(merged.log) == 0.0
     start = starting_noise(merged.raw * np.abs(belief.scale_n_per_count), idle, weight_n)
     noise, learn = noise_of(options, start)
     every = max(round(merged.rate_hz / options.update_hz), 1)
-    return Settings(
+    return ReplaySettings(
         memory=MemoryOptions(
             states=options.states,
             plate=options.hanging_plate,
@@ -70,7 +70,7 @@ def paper_methods(
     return PaperMethods.run(merged.log, belief, asked, rule, given)
 
 
-def noise_of(options: OnlineReplayOptions, start: Noise) -> tuple[Noise, tuple[str, ...]]:
+def noise_of(options: OnlineReplayOptions, start: WalkNoise) -> tuple[WalkNoise, tuple[str, ...]]:
     """The recipe's noise where it gives one, and the names of what is to be learnt."""
     given = {k: v for k, v in options.noise.model_dump().items() if v is not None}
     return replace(start, **given), tuple(name for name in LEARNT if name not in given)

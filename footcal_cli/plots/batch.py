@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.fleet import Budget, Series
+from footcal_cli.core.fleet import Budget, ParameterSeries
 from footcal_cli.plots.style import (
     BAD,
     BEFORE,
@@ -28,7 +28,7 @@ _MOST_POINTS = 400
 _SOURCES = dict(zip(("repeatability", "day", "operator"), CELL_COLOURS, strict=False))
 
 
-def plot_series(series: Sequence[Series], dated: bool) -> Figure:
+def plot_series(series: Sequence[ParameterSeries], dated: bool) -> Figure:
     """Each parameter over the sessions with 95 % intervals; levels, change points, outliers.
 
     Parameters
@@ -87,7 +87,7 @@ def plot_series(series: Sequence[Series], dated: bool) -> Figure:
     return figure
 
 
-def _unit_of(series: Sequence[Series], name: str) -> tuple[float, str]:
+def _unit_of(series: Sequence[ParameterSeries], name: str) -> tuple[float, str]:
     """Factor and unit in which a parameter of all robots is drawn."""
     own = [one for one in series if one.parameter == name]
     return display_unit(own[0].unit, np.concatenate([one.values for one in own]))

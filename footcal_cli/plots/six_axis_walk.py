@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.jumps import BiasJump
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.plots.style import (
     AFTER,
@@ -71,7 +71,7 @@ def plot_swing(found: SixAxisReplay) -> Figure:
 
 
 def plot_offsets(
-    track: Track, smoothed: Track, feet: Sequence[str], jumps: Sequence[Jump]
+    track: Track, smoothed: Track, feet: Sequence[str], jumps: Sequence[BiasJump]
 ) -> Figure:
     """Offsets over time with ± 2 sd of the filter; the smoother's as a line; jumps dashed."""
     figure = new_figure(4.4)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.core.online.comparison import Comparison
+from footcal_cli.core.online.comparison import ReplayedWalk
 from footcal_cli.core.online.evidence import SETTLING_S
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.jumps import BiasJump
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.signals import peaks_kept
 from footcal_cli.core.study.sensitivity import Sensitivity
@@ -54,7 +54,7 @@ _MOST_CURVES = 6
 _MOST_DOTS = 20_000
 
 
-def _excerpt(found: Comparison, span_s: tuple[float, float] | None) -> BoolArray:
+def _excerpt(found: ReplayedWalk, span_s: tuple[float, float] | None) -> BoolArray:
     """Samples within a span from the first one; else the last seconds, where all have settled."""
     time_s = found.merged.log.time_s
     low, high = (time_s[-1] - _SHOWN_S - 1.0, time_s[-1] - 1.0)
@@ -64,7 +64,7 @@ def _excerpt(found: Comparison, span_s: tuple[float, float] | None) -> BoolArray
     return rows if rows.any() else np.ones(time_s.size, dtype=bool)
 
 
-def _drawn_reference(found: Comparison) -> tuple[str, FloatArray, FloatArray]:
+def _drawn_reference(found: ReplayedWalk) -> tuple[str, FloatArray, FloatArray]:
     """What the methods are judged against, drawn in black: its name, CoP (n, 2) and force (n,)."""
     if found.best_reference == "motion":
         return "demanded by the motion", found.reference.cop_m, found.reference.fz_n
@@ -75,7 +75,7 @@ def _drawn_reference(found: Comparison) -> tuple[str, FloatArray, FloatArray]:
 
 
 def plot_cop(
-    found: Comparison, methods: Sequence[str], span_s: tuple[float, float] | None = None
+    found: ReplayedWalk, methods: Sequence[str], span_s: tuple[float, float] | None = None
 ) -> Figure:
     """CoP x and y, as [NAO]'s Figs. 10, 12, 14, and the errors beside.
 
@@ -110,7 +110,7 @@ def plot_cop(
 
 
 def plot_vgrf(
-    found: Comparison, methods: Sequence[str], span_s: tuple[float, float] | None = None
+    found: ReplayedWalk, methods: Sequence[str], span_s: tuple[float, float] | None = None
 ) -> Figure:
     """Total vertical force, as [NAO]'s Figs. 11, 13, 15; parameters as `plot_cop`."""
     figure = new_figure(3.0)
@@ -129,7 +129,7 @@ def plot_vgrf(
     return figure
 
 
-def plot_path(found: Comparison, feet: Mapping[str, FootOutline]) -> Figure:
+def plot_path(found: ReplayedWalk, feet: Mapping[str, FootOutline]) -> Figure:
     """CoP under both feet in the foot frames, with the support outline and the cells."""
     cop_m = {
         name: cop_in_foot(found, "memory", k, name, foot.cells_m)
@@ -139,7 +139,7 @@ def plot_path(found: Comparison, feet: Mapping[str, FootOutline]) -> Figure:
 
 
 def cop_in_foot(
-    found: Comparison, method: str, k: int, foot: str, cells_m: FloatArray
+    found: ReplayedWalk, method: str, k: int, foot: str, cells_m: FloatArray
 ) -> FloatArray:
     """CoP (n, 2) under the k-th foot in its own frame, m."""
     log = found.merged.log
@@ -158,7 +158,7 @@ def _turned(vector: FloatArray, yaw: FloatArray) -> FloatArray:
     )
 
 
-def plot_parameters(track: Track, jumps: Sequence[Jump], kinds: Sequence[str]) -> Figure:
+def plot_parameters(track: Track, jumps: Sequence[BiasJump], kinds: Sequence[str]) -> Figure:
     """Unknowns over time with ± 2 sd, a panel per kind; jumps as vertical lines."""
     chosen = {
         kind: [i for i, n in enumerate(track.names) if n.rsplit(".", 1)[-1].startswith(kind)]
@@ -314,7 +314,7 @@ def plot_sensitivity(curves: Sequence[tuple[str, Sensitivity]]) -> Figure:
     return figure
 
 
-def plot_cycles(found: Comparison, methods: Sequence[str]) -> Figure:
+def plot_cycles(found: ReplayedWalk, methods: Sequence[str]) -> Figure:
     """Error of each gait cycle as violins, one per method."""
     reference, drawn = found.best_reference, []
     for quantity, title, factor, unit in (

@@ -20,7 +20,7 @@ from footcal_cli.records.models import Frozen, Model, validated
 from footcal_cli.records.own_effects import OwnEffect
 from footcal_cli.tables.canonical_names import canonical_names, is_canonical
 from footcal_cli.tables.plates import Plate
-from footcal_cli.tables.reading import ForeignColumn, Join, Reading
+from footcal_cli.tables.reading import Join, Reading
 from footcal_cli.tables.textfiles import called_as, read_text
 from footcal_cli.tables.world import WorldUp
 
@@ -36,7 +36,7 @@ _COP_FORCE_N, _COP_SHARE = 5.0, 0.1
 """Below this force, or share of the weight where that is less, there is no CoP."""
 
 
-Limit = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0)]
 
 
 class Gates(Frozen):
@@ -49,7 +49,7 @@ class Gates(Frozen):
     Names may hold ``*`` and ``?``.
     """
 
-    max_rmse: dict[str, Limit] = Field(default_factory=dict)
+    max_rmse: dict[str, Positive] = Field(default_factory=dict)
     verdicts: tuple[Literal["good", "warning", "bad"], ...] | None = None
     diagnoses: (
         tuple[
@@ -60,7 +60,7 @@ class Gates(Frozen):
         ]
         | None
     ) = None
-    max_change: dict[str, Limit] = Field(default_factory=dict)
+    max_change: dict[str, Positive] = Field(default_factory=dict)
     max_change_sd: float | None = Field(default=None, gt=0)
     reference: str | None = None
 
@@ -240,12 +240,12 @@ class Recipe(Frozen):
     options: dict[str, dict[str, Any]] = Field(default_factory=dict)
     path: Path | None = None
 
-    def every_place(self) -> list[tuple[str, ForeignColumn]]:
+    def every_place(self) -> list[tuple[str, Place]]:
         """All entries of ``[columns]``, those of ``[[files]]`` too."""
         tables = [self.columns]
         for spec in self.files:
             tables += [spec.columns, *spec.wide.values()]
-        return [(name, place.foreign()) for table in tables for name, place in table.items()]
+        return [entry for table in tables for entry in table.items()]
 
     def reading(self, path: Path) -> Reading:
         """How a log is to be read: ``[columns]`` and the entry of ``[[files]]`` that it matches.
@@ -255,14 +255,13 @@ class Recipe(Frozen):
         UsageError
             A file to be joined is not there, or joins others itself.
         """
-        common = {name: place.foreign() for name, place in self.columns.items()}
         spec = self._spec_of(path)
         plates = tuple(
             Plate(name, {n: (c.x_m, c.y_m) for n, c in foot.cells.items()})
             for name, foot in self.robot.feet.items() if foot.force_and_cop
         )  # fmt: skip
         if spec is None:
-            return Reading(common, plates=plates, world_up=self.robot.world_up)
+            return Reading(self.columns, plates=plates, world_up=self.robot.world_up)
         joins = []
         for join in spec.join:
             beside = path.parent / join.file
@@ -286,10 +285,8 @@ class Recipe(Frozen):
             how = (join.by, join.offset_s, join.how, join.tolerance_s, join.apart_s)
             joins.append(Join(beside, other, *how))
         return Reading(
-            {**common, **{name: place.foreign() for name, place in spec.columns.items()}},
-            spec.layout(), spec.rate_hz, spec.wide_into,
-            {e: {n: p.foreign() for n, p in own.items()} for e, own in spec.wide.items()},
-            tuple(joins), spec.rows_of, plates, self.robot.world_up,
+            {**self.columns, **spec.columns}, spec.layout(), spec.rate_hz, spec.wide_into,
+            spec.wide, tuple(joins), spec.rows_of, plates, self.robot.world_up,
         )  # fmt: skip
 
     def _spec_of(self, path: Path) -> FileSpec | None:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import codecs
 import re
+from dataclasses import fields
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass
 
-from footcal_cli.records.models import Frozen
+from footcal_cli.records.models import WRITTEN, Frozen
 from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout, Pivot
 
 
-class Place(Frozen):
+@dataclass(frozen=True, config=WRITTEN)
+class Place(ForeignColumn):
     """An entry of ``[columns]``: where one of footcal's columns is found.
 
     Just the name of the file's column, or a table: `column` is its name, `unit` that of its
@@ -24,7 +27,8 @@ class Place(Frozen):
     (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
     other columns that come on top and their units
     (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates texts,
-    `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296).
+    `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296); of a
+    cell's counts, the number of codes of a converter whose sign was lost.
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
     empty cell means what stands above it. `only_where` is for a weight that lies on one cell at a
     time, ``{ loaded_cell = "FL" }``: where that column says something else the number is 0.
@@ -34,23 +38,7 @@ class Place(Frozen):
     file's name does; with a slash in it, in ``folder/file``.
     """
 
-    column: str = ""
-    unit: str | None = None
-    value: str | float | None = None
-    file_name: str | None = None
-    pattern: str | None = None
-    format: str | None = None
-    factor: float | None = None
-    nanoseconds: str = ""
-    high_word: str = ""
-    over: str = ""
-    plus: dict[str, str] = Field(default_factory=dict)
     wraps_at: float | None = Field(default=None, gt=0)
-    summed: bool = False
-    names: dict[str, str] = Field(default_factory=dict)
-    held: bool = False
-    only_where: dict[str, str] = Field(default_factory=dict)
-    missing: tuple[str, ...] = ()
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -80,10 +68,6 @@ class Place(Frozen):
             raise ValueError("plus stands next to a column and its unit")
         return self
 
-    def foreign(self) -> ForeignColumn:
-        """In the form that `footcal_cli.tables.table` reads."""
-        return ForeignColumn(**self.model_dump())
-
 
 def _expression(text: str) -> re.Pattern[str]:
     try:
@@ -108,7 +92,8 @@ class JoinSpec(Frozen):
     apart_s: float = Field(default=0.0, ge=0)
 
 
-class PivotSpec(Frozen):
+@dataclass(frozen=True, config=WRITTEN)
+class PivotSpec(Pivot):
     """`pivot` of ``[[files]]``: a table with a row for each foot or cell, made one row per sample.
 
     ``{ by = ["foot"], labels = ["left", "right"], at = "time_ms" }``: the columns `by` name what a
@@ -121,11 +106,10 @@ class PivotSpec(Frozen):
 
     by: tuple[str, ...] = Field(min_length=1)
     labels: tuple[str, ...] = Field(min_length=2)
-    at: str = ""
-    held: tuple[str, ...] = ()
 
 
-class FileSpec(Frozen):
+@dataclass(frozen=True, config=WRITTEN)
+class FileSpec(Layout):
     """An entry of ``[[files]]``: how the files of one kind are written.
 
     `match` is a pattern of file names (``press_*.csv``), with a slash in it of ``folder/file``; the
@@ -148,19 +132,9 @@ class FileSpec(Frozen):
     """
 
     match: str = "*"
-    separator: str = ","
-    decimal: Literal[".", ","] = "."
     thousands: Literal["", ".", ",", "'", " ", "_", "\u00a0", "\u202f"] = ""
-    encoding: str = "utf-8"
-    comment: str = ""
     skip_rows: int = Field(default=0, ge=0)
-    header: bool = True
-    names: tuple[str, ...] = ()
     skip_below: int = Field(default=0, ge=0)
-    until: str = ""
-    turned: bool = False
-    line: str = ""
-    carried: str = ""
     rate_hz: float | None = Field(default=None, gt=0)
     columns: dict[str, Place] = Field(default_factory=dict)
     rows_of: str = ""
@@ -188,12 +162,8 @@ class FileSpec(Frozen):
 
     def layout(self) -> Layout:
         """How the text is laid out."""
-        return Layout(
-            _SEPARATORS.get(self.separator, self.separator), self.decimal, self.encoding,
-            self.comment, self.skip_rows, self.header, self.names, self.skip_below, self.line,
-            self.carried, self.thousands, self.until, self.turned,
-            None if self.pivot is None else Pivot(**self.pivot.model_dump()),
-        )  # fmt: skip
+        own = {field.name: getattr(self, field.name) for field in fields(Layout)}
+        return Layout(**own | {"separator": _SEPARATORS.get(self.separator, self.separator)})
 
 
 _SEPARATORS = {"tab": "\t", "space": BLANKS}

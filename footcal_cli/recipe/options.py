@@ -12,9 +12,10 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from footcal_cli.recipe import CommandOptions, metres
+from footcal_cli.recipe import CommandOptions, Positive, metres
 from footcal_cli.recipe.filespecs import as_place
 from footcal_cli.records.models import Frozen
+from footcal_cli.records.own_effects import ExperimentName
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,6 @@ class Flag:
     metavar: str | None = None
 
 
-Kind = Literal["weights", "placements", "stand", "walk", "hang", "pose"]
-Positive = Annotated[float, Field(gt=0)]
 Limit = Positive | None
 Vector = tuple[float, float, float]
 
@@ -65,7 +64,7 @@ class DiagnoseOptions(CommandOptions):
     """``[diagnose]`` of a recipe."""
 
     experiment: Annotated[
-        Kind, Flag("weights, placements, stand, walk, hang, pose.", metavar="KIND")
+        ExperimentName, Flag("weights, placements, stand, walk, hang, pose.", metavar="KIND")
     ] = "weights"
     tolerance_n: Annotated[Limit, Flag("Smallest RMS error of a force that matters.")] = None
     tolerance_mm: Annotated[Positive, Flag("Smallest error of the centre of pressure.")] = 1.0
@@ -336,7 +335,9 @@ class PoseCalibOptions(CommandOptions):
 class SimulateOptions(CommandOptions):
     """``[simulate]`` of a recipe; a CoM height and spreads not given follow from its robot."""
 
-    experiment: Annotated[Kind | None, Flag(", ".join(get_args(Kind)) + ".")] = None
+    experiment: Annotated[
+        ExperimentName | None, Flag(", ".join(get_args(ExperimentName)) + ".")
+    ] = None
     effects: Annotated[
         tuple[str, ...],
         Flag(

@@ -11,7 +11,7 @@ import numpy as np
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope
 from footcal_cli.core.effects.formula import FormulaError
-from footcal_cli.core.effects.own import OwnRow, OwnShape, own_effect
+from footcal_cli.core.effects.own import FormulaShape, OwnRow, own_effect
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.records.own_effects import OwnEffect
 from footcal_cli.records.results import EffectRecord
@@ -71,7 +71,7 @@ def effect_of_row(row: OwnEffect, file: Path | None = None) -> Effect:
             value=str([low, high]), remedy="widen them",
         )  # fmt: skip
     shapes = tuple(
-        OwnShape(name, shape.unit, tuple(sorted(shape.values)))
+        FormulaShape(name, shape.unit, tuple(sorted(shape.values)))
         for name, shape in row.shapes.items()
     )
     if not all(np.isfinite(v) and v > 0 for shape in shapes for v in shape.values):

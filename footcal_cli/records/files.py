@@ -6,17 +6,16 @@ import json
 from pathlib import Path
 from typing import Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field, ValidationError
 
 from footcal_cli import __version__
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.records.models import Frozen
 from footcal_cli.tables.textfiles import read_text
 
 
-class Record(BaseModel):
+class Record(Frozen):
     """Frozen, strict about keys, and free of NaN: an absent number is null."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 class Versioned(Record):

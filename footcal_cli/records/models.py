@@ -8,16 +8,24 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.dataclasses import is_pydantic_dataclass, rebuild_dataclass
+from pydantic.fields import FieldInfo
 
 from footcal_cli.errors import UsageError, nearest
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
+WRITTEN = ConfigDict(extra="forbid", allow_inf_nan=False, defer_build=True)
+"""Of all that people write; of a dataclass too that the tables are read by."""
+UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+"""What pydantic calls a key that a model, or a dataclass, does not know."""
+
+
 class Frozen(BaseModel):
     """A model that refuses unknown keys and cannot be changed."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(frozen=True, **WRITTEN)
 
 
 def validated(
@@ -37,7 +45,7 @@ def validated(
         fault = error.errors()[0]
         keys = [str(part) for part in fault["loc"]]
         shown = ".".join([table, *keys] if table else keys)
-        if fault["type"] == "extra_forbidden":
+        if fault["type"] in UNKNOWN_KEY:
             known = _known_keys(model, keys[:-1])
             raise UsageError(
                 f"unknown key '{shown}'{nearest(keys[-1], known)}", file=file,
@@ -52,11 +60,11 @@ def validated(
 
 
 def _known_keys(model: type[BaseModel], keys: list[str]) -> list[str]:
-    """Field names of the model that stands at a path of keys."""
+    """Field names of the model, or the dataclass, that stands at a path of keys."""
     current: Any = model
     for key in keys:
-        if isinstance(current, type) and issubclass(current, BaseModel):
-            field = current.model_fields.get(key)
+        if _is_model(current):
+            field = fields_of(current).get(key)
             current = field.annotation if field is not None else None
         else:  # dict[str, X] or tuple[X, ...]: step into X
             inner = [a for a in get_args(current) if a is not str and a is not ...]
@@ -64,11 +72,20 @@ def _known_keys(model: type[BaseModel], keys: list[str]) -> list[str]:
         if not isinstance(current, type):
             models = [a for a in get_args(current) if _is_model(a)]
             current = models[0] if len(models) == 1 and not _is_mapping(current) else current
-    return list(current.model_fields) if _is_model(current) else []
+    return list(fields_of(current)) if _is_model(current) else []
+
+
+def fields_of(model: Any) -> Mapping[str, FieldInfo]:
+    """Fields of a model or of a pydantic dataclass."""
+    if is_pydantic_dataclass(model):
+        rebuild_dataclass(model)
+    name = "model_fields" if issubclass(model, BaseModel) else "__pydantic_fields__"
+    found: Mapping[str, FieldInfo] = getattr(model, name)
+    return found
 
 
 def _is_model(item: object) -> bool:
-    return isinstance(item, type) and issubclass(item, BaseModel)
+    return isinstance(item, type) and (issubclass(item, BaseModel) or is_pydantic_dataclass(item))
 
 
 def _is_mapping(annotation: object) -> bool:

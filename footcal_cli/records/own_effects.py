@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from footcal_cli.core.log import ExperimentName
+from footcal_cli.core.log import ExperimentName as ExperimentName
 from footcal_cli.records.models import Frozen
 
 

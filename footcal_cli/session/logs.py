@@ -23,7 +23,7 @@ _ROW_BY_ROW = frozenset({"weights", "placements"})
 """Kinds of log in which each row is a reading of its own: no clock shows a repeated one."""
 
 
-class Logs:
+class SessionLogs:
     """The logs that a run was given, read when they are asked for.
 
     Parameters

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
@@ -29,7 +29,7 @@ from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.text import WIDTH, print_text
 from footcal_cli.session.answer import answer_of, as_json, print_answer
 from footcal_cli.session.gates import DOUBTFUL, gated, merged, trusted
-from footcal_cli.session.logs import Logs, in_units_of_readings
+from footcal_cli.session.logs import SessionLogs, in_units_of_readings
 from footcal_cli.session.request import Request, inspect_record, read_calibration
 from footcal_cli.session.run_files import write_run
 from footcal_cli.session.run_folder import (
@@ -44,9 +44,8 @@ from footcal_cli.tables.table import digest, refuse_wrong_units
 from footcal_cli.tables.textfiles import shown
 
 if TYPE_CHECKING:
+    from footcal_cli.core.diagnosis.subject import Advance
     from footcal_cli.core.effects.contract import Effect
-
-Advance = Callable[[float], None]
 
 
 @contextmanager
@@ -94,7 +93,7 @@ Options = TypeVar("Options", bound=CommandOptions)
 Item = TypeVar("Item")
 
 
-class Session(Logs, Generic[Options]):
+class Session(SessionLogs, Generic[Options]):
     """One run of one command: recipe, options, inputs read so far, timings.
 
     Parameters

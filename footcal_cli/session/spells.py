@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.checks.intermittent import is_loose, spells_of, steps_of
+from footcal_cli.core.checks.intermittent import is_loose, spells_of, steps_of_axes
 from footcal_cli.core.parameters import BoolArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.tables.columns import AXIS_COLUMNS
@@ -28,7 +28,7 @@ def hanging_spells(table: Table) -> BoolArray:
         return found
     held = [c for c in table.data.columns if c == "phase_rad" or c.startswith(("gravity", "body"))]
     wrench, turned = table.numbers(AXIS_COLUMNS), table.numbers(held)
-    steps = {name: steps_of(wrench[leg == name]) for name in dict.fromkeys(leg)}
+    steps = {name: steps_of_axes(wrench[leg == name]) for name in dict.fromkeys(leg)}
     for name, which in dict.fromkeys(zip(leg, part, strict=True)):
         mine = (leg == name) & (part == which)
         found[mine] = spells_of(wrench[mine], turned[mine] if held else None, steps[name])

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from footcal_cli.core.fleet import Fleet, Series, Sessions
+from footcal_cli.core.fleet import Fleet, ParameterSeries, Sessions
 from footcal_cli.core.parameters import Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.plots import batch as plots
@@ -158,7 +158,7 @@ def verdict_of(rows: Sequence[SessionRecord], fleet: Fleet, alarms: int) -> Verd
     )  # fmt: skip
 
 
-def _changed(series: Sequence[Series]) -> str:
+def _changed(series: Sequence[ParameterSeries]) -> str:
     """Which parameters changed or drifted; of many, how many."""
     names = " and ".join(one.parameter for one in series)
     return f"{names if len(series) <= _MOST_NAMED else f'{len(series)} parameters'} changed"
@@ -192,7 +192,7 @@ def findings_of(fleet: Fleet) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def _amount(one: Series, value: float, sd: float, how: str) -> str:
+def _amount(one: ParameterSeries, value: float, sd: float, how: str) -> str:
     """``changed by 0.580 ± 0.045 N``, in the unit of the page."""
     factor, unit = display_unit(one.unit, one.values)
     return f"{how} {with_sd(factor * value, factor * sd)} {unit}"
@@ -229,7 +229,7 @@ def _sentence(row: SessionRecord) -> str:
     return "" if row.verdict is None else row.verdict.sentence
 
 
-def _series_sheet(series: Sequence[Series]) -> Sheet:
+def _series_sheet(series: Sequence[ParameterSeries]) -> Sheet:
     order = sorted(series, key=lambda one: (not one.proved, not one.outlying.any()))
     lines = []
     for one in order:
@@ -318,7 +318,7 @@ def _budget_sheet(fleet: Fleet) -> Sheet:
 
 def pictures_of(fleet: Fleet, dated: bool) -> tuple[Picture, ...]:
     """A figure per kind of parameter, what changed first, and the budget."""
-    kinds: dict[str, list[Series]] = {}
+    kinds: dict[str, list[ParameterSeries]] = {}
     for one in sorted(fleet.series, key=lambda s: (not s.proved, not s.outlying.any())):
         if one.at.size < _FEWEST_DRAWN:
             continue

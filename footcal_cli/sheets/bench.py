@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.bench.changes import Change, find_changes
+from footcal_cli.core.bench.changes import ParameterChange, find_parameter_changes
 from footcal_cli.core.bench.plateaus import SampleState
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regression import AffineFit, pooled_curvature
@@ -88,10 +88,12 @@ def joined(
     )
 
 
-def changes_since(before: ParametersRecord, estimates: Iterable[Estimates]) -> list[Change]:
+def changes_since(
+    before: ParametersRecord, estimates: Iterable[Estimates]
+) -> list[ParameterChange]:
     """Parameters against those of an earlier calibration, the surest change first."""
     known = before.estimates
-    found = [change for group in estimates for change in find_changes(group, known)]
+    found = [change for group in estimates for change in find_parameter_changes(group, known)]
     return sorted(found, key=lambda change: change.p_value)
 
 

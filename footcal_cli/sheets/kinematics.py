@@ -8,7 +8,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
-from footcal_cli.intake.joint_motion import Motion
+from footcal_cli.intake.joint_motion import JointMotion
 from footcal_cli.plots.kinematics import plot_accelerations, plot_heights, plot_path
 from footcal_cli.recipe import Robot
 from footcal_cli.records.results import VerdictRecord
@@ -18,7 +18,7 @@ from footcal_cli.report.outcome import Outcome
 _MASS_TOLERANCE, _FORCE_TOLERANCE, _GROUND_TOLERANCE_M = 0.02, 0.05, 0.02
 
 
-def outcome_of(robot: str, motion: Motion, cutoff_hz: float) -> Outcome:
+def outcome_of(robot: str, motion: JointMotion, cutoff_hz: float) -> Outcome:
     """Motion of a robot's model along a log."""
     time_s, found, feet = motion.time_s, motion.accelerations, ", ".join(motion.feet)
     rate = 1.0 / float(np.median(np.diff(time_s)))
@@ -52,7 +52,7 @@ def outcome_of(robot: str, motion: Motion, cutoff_hz: float) -> Outcome:
     )  # fmt: skip
 
 
-def _pictures(motion: Motion) -> tuple[Picture, ...]:
+def _pictures(motion: JointMotion) -> tuple[Picture, ...]:
     time_s, posture, feet = motion.time_s, motion.posture, motion.feet
     found = motion.accelerations
     return (
@@ -88,7 +88,7 @@ def _range_m(values: FloatArray) -> str:
     return number(float(np.nanmax(values) - np.nanmin(values)), 3)
 
 
-def findings_of(robot: Robot, urdf: str, motion: Motion) -> Iterator[Finding]:
+def findings_of(robot: Robot, urdf: str, motion: JointMotion) -> Iterator[Finding]:
     """Masses that contradict each other, feet in the air, a base that is not known.
 
     Parameters
@@ -135,7 +135,7 @@ def findings_of(robot: Robot, urdf: str, motion: Motion) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def body_columns(motion: Motion) -> dict[str, FloatArray]:
+def body_columns(motion: JointMotion) -> dict[str, FloatArray]:
     """Columns of `footcal_cli.tables.columns.body_table`, and the filtered terms."""
     posture, found = motion.posture, motion.accelerations
     columns = {"time_s": motion.time_s}
@@ -154,7 +154,7 @@ def body_columns(motion: Motion) -> dict[str, FloatArray]:
     return columns
 
 
-def noise_lines(motion: Motion) -> str:
+def noise_lines(motion: JointMotion) -> str:
     """The derivatives' noise as force and moment, a table that a recipe takes.
 
     ``σ_F = m σ(c̈ᶻ)``, ``σ_M² = (m cᶻ σ(c̈))² + σ(L̇)²``, the larger of the two horizontal axes.

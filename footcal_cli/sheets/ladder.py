@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from footcal_cli.core.bench.changes import Change
+from footcal_cli.core.bench.changes import ParameterChange
 from footcal_cli.core.bench.channel import ChannelFit
 from footcal_cli.core.bench.regression import Curvature
 from footcal_cli.core.bench.study import ChannelStudy
@@ -299,7 +299,7 @@ def creep_sheet(studies: Sequence[ChannelStudy]) -> Sheet | None:
     )
 
 
-def change_sheet(changes: Sequence[Change], since: str) -> Sheet:
+def change_sheet(changes: Sequence[ParameterChange], since: str) -> Sheet:
     """Parameters then and now."""
     rows = [
         (

@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.effects.transport import DELAY
 from footcal_cli.core.online.evidence import departures
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.online.replay import held
+from footcal_cli.core.online.replay import held_until_next
 from footcal_cli.core.online.six_axis import KNOWN_MASS, MASS_STATE
 from footcal_cli.core.online.six_axis_replay import SixAxisReplay
 from footcal_cli.core.parameters import FloatArray, Status
@@ -341,8 +341,8 @@ def columns_of(found: SixAxisReplay) -> dict[str, object]:
     log = found.merged.log
     n = len(log)
     frame: dict[str, object] = {"time_s": log.time_s}
-    values = held(found.rows.last_sample, found.track.values, n)
-    sd: FloatArray = held(found.rows.last_sample, found.track.sd, n)
+    values = held_until_next(found.rows.last_sample, found.track.values, n)
+    sd: FloatArray = held_until_next(found.rows.last_sample, found.track.sd, n)
     column = {name: i for i, name in enumerate(found.track.names)}
     for j, channel in enumerate(log.channels):
         foot, axis = channel.split(".")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from footcal_cli.core.online.comparison import Comparison
+from footcal_cli.core.online.comparison import ReplayedWalk
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.study.sensitivity import Sensitivity
 from footcal_cli.core.study.walk import PaperMethods
@@ -38,7 +38,7 @@ SHOWN = ("before", "static", "window", "memory", "smoother")
 
 
 def outcome_of(
-    found: Comparison,
+    found: ReplayedWalk,
     papers: PaperMethods | None,
     curves: Sequence[tuple[str, Sensitivity]],
     robot: Robot,
@@ -60,7 +60,7 @@ def outcome_of(
     )
 
 
-def verdict_of(found: Comparison, method: str, mass_sd: float) -> VerdictRecord:
+def verdict_of(found: ReplayedWalk, method: str, mass_sd: float) -> VerdictRecord:
     """The first sentence and what it rests on; `mass_sd`: of the stated mass, a share of it."""
     reference = found.best_reference
     before, after = (found.of(m, reference) for m in ("before", method))
@@ -137,7 +137,7 @@ _METHODS = {
 }
 
 
-def _how_run(found: Comparison) -> str:
+def _how_run(found: ReplayedWalk) -> str:
     """After the fact or live, whole or in parts."""
     taught = "from the whole walk"
     parts = ""
@@ -163,7 +163,7 @@ def _how_run(found: Comparison) -> str:
     )
 
 
-def footer_of(found: Comparison, papers: PaperMethods | None, delay_s: float) -> tuple[str, ...]:
+def footer_of(found: ReplayedWalk, papers: PaperMethods | None, delay_s: float) -> tuple[str, ...]:
     """What was assumed, for those who want to repeat it."""
     c = found.consistency
     return (
@@ -191,7 +191,7 @@ def footer_of(found: Comparison, papers: PaperMethods | None, delay_s: float) ->
     )
 
 
-def rmse_of(found: Comparison) -> RmseRecord:
+def rmse_of(found: ReplayedWalk) -> RmseRecord:
     """Errors of every method against every reference, per axis and for the vector."""
     rows = []
     for one in found.judged:
@@ -208,7 +208,7 @@ def rmse_of(found: Comparison) -> RmseRecord:
 
 
 def pictures_of(
-    found: Comparison,
+    found: ReplayedWalk,
     curves: Sequence[tuple[str, Sensitivity]],
     robot: Robot,
     span_s: tuple[float, float] | None = None,
@@ -228,7 +228,7 @@ def pictures_of(
     return (*_errors_drawn(found, span_s), path, *_tracks_drawn(found), *_sensitivity_drawn(curves))
 
 
-def _errors_drawn(found: Comparison, span_s: tuple[float, float] | None) -> tuple[Picture, ...]:
+def _errors_drawn(found: ReplayedWalk, span_s: tuple[float, float] | None) -> tuple[Picture, ...]:
     """CoP and vertical force by each method, and their errors cycle by cycle."""
     judged = [m for m in SHOWN if m in found.replayed]
     drawn = tuple(m for m in ("static", "window", "memory") if m in found.replayed)
@@ -255,7 +255,7 @@ def _errors_drawn(found: Comparison, span_s: tuple[float, float] | None) -> tupl
     )  # fmt: skip
 
 
-def _tracks_drawn(found: Comparison) -> tuple[Picture, ...]:
+def _tracks_drawn(found: ReplayedWalk) -> tuple[Picture, ...]:
     """What was estimated along the walk."""
     track, memory = found.memory.track, found.memory
     states = [n for n in STATE_UNITS if n in track.names]
@@ -294,14 +294,14 @@ def _sensitivity_drawn(curves: Sequence[tuple[str, Sensitivity]]) -> tuple[Pictu
 
 
 def _by_method(
-    found: Comparison, methods: Sequence[str], quantity: str, factor: float, unit: str
+    found: ReplayedWalk, methods: Sequence[str], quantity: str, factor: float, unit: str
 ) -> str:
     """RMS error of a quantity by every method that was judged."""
     rms = {m: factor * found.of(m, found.best_reference).rms(quantity) for m in methods}
     return f"RMS error: {', '.join(f'{m} {number(v, 3)} {unit}' for m, v in rms.items())}."
 
 
-def _paths(found: Comparison, feet: Mapping[str, FootOutline]) -> str:
+def _paths(found: ReplayedWalk, feet: Mapping[str, FootOutline]) -> str:
     """How long the path of the CoP under each foot is."""
     return along_the_foot(
         {

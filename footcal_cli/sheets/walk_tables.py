@@ -8,8 +8,8 @@ from dataclasses import fields, replace
 import numpy as np
 
 from footcal_cli.core.inference.evidence import Interval
-from footcal_cli.core.online.comparison import Comparison
-from footcal_cli.core.online.filter import Noise
+from footcal_cli.core.online.comparison import ReplayedWalk
+from footcal_cli.core.online.filter import WalkNoise
 from footcal_cli.core.parameters import learnt_status
 from footcal_cli.core.signals import parts_of
 from footcal_cli.core.study.sensitivity import Sensitivity
@@ -40,7 +40,7 @@ STATE_UNITS = {
 }
 
 
-def sheets_of(found: Comparison, papers: PaperMethods | None) -> tuple[Sheet, ...]:
+def sheets_of(found: ReplayedWalk, papers: PaperMethods | None) -> tuple[Sheet, ...]:
     """All tables."""
     return (
         _methods_sheet(found),
@@ -51,7 +51,7 @@ def sheets_of(found: Comparison, papers: PaperMethods | None) -> tuple[Sheet, ..
     )
 
 
-def _methods_sheet(found: Comparison) -> Sheet:
+def _methods_sheet(found: ReplayedWalk) -> Sheet:
     rows = []
     for reference in dict.fromkeys(j.reference for j in found.judged):
         for one in (j for j in found.judged if j.reference == reference):
@@ -87,7 +87,7 @@ def _methods_sheet(found: Comparison) -> Sheet:
     )  # fmt: skip
 
 
-def _calibration_sheet(found: Comparison) -> Sheet:
+def _calibration_sheet(found: ReplayedWalk) -> Sheet:
     track, rows = found.memory.track, found.memory.rows
     c = 2 * len(found.belief.channels)
     status = learnt_status(track.sd[-1, :c], rows.prior_sd[:c])
@@ -99,7 +99,7 @@ def _calibration_sheet(found: Comparison) -> Sheet:
     )  # fmt: skip
 
 
-def _states_sheet(found: Comparison) -> Sheet:
+def _states_sheet(found: ReplayedWalk) -> Sheet:
     track, prior = found.memory.track, found.memory.rows.prior_sd
     c = 2 * len(found.belief.channels)
     rows = []
@@ -121,7 +121,7 @@ def _states_sheet(found: Comparison) -> Sheet:
     )
 
 
-def _settling_sheet(found: Comparison) -> Sheet:
+def _settling_sheet(found: ReplayedWalk) -> Sheet:
     rows = []
     for s in found.settling:
         factor, unit = (100.0, "%") if s.unit == "-" else (1.0, s.unit)
@@ -144,7 +144,7 @@ def _settling_sheet(found: Comparison) -> Sheet:
     )
 
 
-def _noise_sheet(found: Comparison, papers: PaperMethods | None) -> Sheet:
+def _noise_sheet(found: ReplayedWalk, papers: PaperMethods | None) -> Sheet:
     memory = found.memory
     learnt = {}
     if memory.tuning is not None:
@@ -157,7 +157,7 @@ def _noise_sheet(found: Comparison, papers: PaperMethods | None) -> Sheet:
             if f.name in learnt
             else "given",
         )
-        for f in fields(Noise)
+        for f in fields(WalkNoise)
     ]
     for method, one in papers.windowed.items() if papers is not None else ():
         weights = one.weights
@@ -194,13 +194,13 @@ def sensitivity_columns(curves: Sequence[tuple[str, Sensitivity]]) -> dict[str, 
     }
 
 
-def frames_of(found: Comparison) -> Iterator[dict[str, object]]:
+def frames_of(found: ReplayedWalk) -> Iterator[dict[str, object]]:
     """``replay.parquet`` in pieces: per sample forces, CoP, parameters, sd, validity, reason."""
     for part in parts_of(len(found.memory.log), _PIECE_ROWS):
         yield _frame_of(found, part)
 
 
-def _frame_of(found: Comparison, part: slice) -> dict[str, object]:
+def _frame_of(found: ReplayedWalk, part: slice) -> dict[str, object]:
     log, ours = found.memory.log, found.replayed["memory"]
     frame: dict[str, object] = {"time_s": log.time_s[part], "gait_cycle": found.cycle[part]}
     for i, channel in enumerate(log.channels):

@@ -79,7 +79,7 @@ class Attitude:
 
 
 @dataclass(frozen=True)
-class Reading:
+class AttitudeReading:
     """One way to read an attitude: directions of gravity (n, 3), what it is called, what is up."""
 
     entries: Mapping[str, Entry]
@@ -88,7 +88,7 @@ class Reading:
     world_up: WorldUp = "+z"
 
     @property
-    def upside_down(self) -> Reading:
+    def upside_down(self) -> AttitudeReading:
         """The same in a world whose axis points down."""
         turned: WorldUp = "-z" if self.world_up == "+z" else "-y"
         return replace(self, gravity=-self.gravity, world_up=turned)
@@ -112,17 +112,17 @@ def attitude_of(file: FileGuess, force: FloatArray | None) -> Attitude | None:
     return next(iter(explained or found), None)
 
 
-def readings_of(file: FileGuess) -> list[Reading]:
+def readings_of(file: FileGuess) -> list[AttitudeReading]:
     """Every way to read the attitudes in a log, the plainest first."""
     found = [candidate for candidates in _kinds(file) for candidate in candidates]
     directed = _directions(file)
     if directed is not None:  # of the body, that carries several transducers
         entries = {f"body_{name}": entry for name, entry in directed.entries.items()}
-        found.append(Reading(entries, directed.gravity, directed.said))
+        found.append(AttitudeReading(entries, directed.gravity, directed.said))
     return found
 
 
-def upside_down(file: FileGuess, reading: Reading) -> str:
+def upside_down(file: FileGuess, reading: AttitudeReading) -> str:
     """Why the world of a log seems to point down where the forces would be those of a reaction.
 
     Empty where nothing says so: a name, or an accelerometer, which shows up at rest.
@@ -137,7 +137,7 @@ def upside_down(file: FileGuess, reading: Reading) -> str:
     return ""
 
 
-def _kinds(file: FileGuess) -> tuple[list[Reading], ...]:
+def _kinds(file: FileGuess) -> tuple[list[AttitudeReading], ...]:
     return _quaternions(file), _matrices(file), _angles(file), _three_numbers(file)
 
 
@@ -158,7 +158,7 @@ def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> 
         return None
     gravity = np.array([_pulls(axes[word] or "") for word in words])
     names = {word: axis or "" for word, axis in axes.items()}
-    candidate = Reading({}, gravity, "")
+    candidate = AttitudeReading({}, gravity, "")
     slope, left = _fit(candidate, force)
     warnings: tuple[str, ...] = ()
     reacts = bool(slope < 0 and left < EXPLAINED)
@@ -183,7 +183,7 @@ def _opposite(orientation: str) -> str:
 
 
 def _best(
-    candidates: Sequence[Reading], force: FloatArray | None, file: FileGuess, *,
+    candidates: Sequence[AttitudeReading], force: FloatArray | None, file: FileGuess, *,
     signed: bool = False,
 ) -> Attitude:  # fmt: skip
     """The candidate under which the forces are a weight, the first where none is better."""
@@ -220,7 +220,7 @@ def turns(gravity: FloatArray) -> bool:
     return float(np.nanvar(gravity, axis=0).sum()) > _TURNED
 
 
-def _fit(candidate: Reading, force: FloatArray) -> tuple[float, float]:
+def _fit(candidate: AttitudeReading, force: FloatArray) -> tuple[float, float]:
     """Weight, and the share of the forces' variance that ``w g + b`` leaves."""
     step = max(1, len(force) // _MOST)
     f, g = force[::step], candidate.gravity[::step]
@@ -241,15 +241,15 @@ def _table(columns: Sequence[ColumnGuess]) -> FloatArray:
 
 def _worlds(
     entries: Mapping[str, Entry], rotations: FloatArray, said: str
-) -> tuple[Reading, Reading]:
+) -> tuple[AttitudeReading, AttitudeReading]:
     """An attitude in a world whose z points up, and in one whose y does."""
     return (
-        Reading(entries, gravity_in(rotations), said),
-        Reading(entries, gravity_in(TO_Z_UP["+y"] @ rotations), f"{said}, y up", "+y"),
+        AttitudeReading(entries, gravity_in(rotations), said),
+        AttitudeReading(entries, gravity_in(TO_Z_UP["+y"] @ rotations), f"{said}, y up", "+y"),
     )
 
 
-def _quaternions(file: FileGuess) -> list[Reading]:
+def _quaternions(file: FileGuess) -> list[AttitudeReading]:
     """A quaternion by its letters, or by its numbers in either order, and its conjugate."""
     found = file.of("quaternion")
     named = one_owner(found, "xyzw")
@@ -260,7 +260,7 @@ def _quaternions(file: FileGuess) -> list[Reading]:
     elif numbered:
         columns = [numbered[a] for a in "0123"]
         orders = {"scalar first": [*columns[1:], columns[0]], "scalar last": columns}
-    candidates: list[Reading] = []
+    candidates: list[AttitudeReading] = []
     for order, columns in orders.items():
         values = _table(columns)
         norm = np.linalg.norm(values, axis=1)
@@ -278,7 +278,7 @@ def _quaternions(file: FileGuess) -> list[Reading]:
     return candidates
 
 
-def _matrices(file: FileGuess) -> list[Reading]:
+def _matrices(file: FileGuess) -> list[AttitudeReading]:
     """A rotation matrix, and its transpose."""
     found = matrix(file)
     if not found:
@@ -294,7 +294,7 @@ def _matrices(file: FileGuess) -> list[Reading]:
     ]
 
 
-def _angles(file: FileGuess) -> list[Reading]:
+def _angles(file: FileGuess) -> list[AttitudeReading]:
     """Roll, pitch and yaw, and the same with the other sign."""
     angles = one_owner(file.of("angle"), ("roll", "pitch", "yaw"))
     entries: dict[str, Entry] = {}
@@ -327,13 +327,13 @@ def _angles(file: FileGuess) -> list[Reading]:
     return found
 
 
-def _three_numbers(file: FileGuess) -> list[Reading]:
+def _three_numbers(file: FileGuess) -> list[AttitudeReading]:
     """``rx ry rz`` of an arm: a rotation vector or angles about x, y and z, either way round.
 
     Or about x, the turned y and the turned z; or angles that are called ones about z, y and the
     turned z, or an axis and an angle.
     """
-    ways: list[list[Reading]] = []
+    ways: list[list[AttitudeReading]] = []
     forms: tuple[tuple[tuple[str, ...], str, Rotations], ...] = (
         (ROTVEC, "a rotation vector", rotations_of_rotvec),
         (RPY, "angles about x, y and z", rotations_of_rpy),
@@ -361,7 +361,7 @@ def _three_numbers(file: FileGuess) -> list[Reading]:
     return [one for own in ways for one in own]
 
 
-def _axis_and_angle(file: FileGuess) -> list[Reading]:
+def _axis_and_angle(file: FileGuess) -> list[AttitudeReading]:
     """An axis of length one and the angle about it, and the other way round."""
     found = one_owner(file.of("angle"), ("ax", "ay", "az", "angle"))
     if not found:
@@ -380,7 +380,7 @@ def _axis_and_angle(file: FileGuess) -> list[Reading]:
     ]
 
 
-def _directions(file: FileGuess) -> Reading | None:
+def _directions(file: FileGuess) -> AttitudeReading | None:
     """Gravity itself, or what an accelerometer at rest reads, which points up."""
     for quantity, sign in (("gravity", 1.0), ("acceleration", -1.0)):
         found = one_owner(file.of(quantity), "xyz")
@@ -394,5 +394,5 @@ def _directions(file: FileGuess) -> Reading | None:
         if sign < 0:
             why = "an accelerometer at rest reads what points up"
             entries = {n: replace(e, factor=-1.0, why=why) for n, e in entries.items()}
-        return Reading(entries, values / np.where(size > 0, size, np.nan), quantity)
+        return AttitudeReading(entries, values / np.where(size > 0, size, np.nan), quantity)
     return None

@@ -15,7 +15,7 @@ from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.groups import readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import NameGuess
-from footcal_cli.sniff.plan import Entry, Plan, of, reading_entry
+from footcal_cli.sniff.plan import Entry, LogPlan, of, reading_entry
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
 from footcal_cli.sniff.which_cell import followers
 
@@ -37,7 +37,9 @@ _ONE_LINE = 0.999
 """How much of the readings one line explains if they are of one cell."""
 
 
-def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: str) -> Plan | None:
+def cell_and_load(
+    group: Sequence[FileGuess], words: Sequence[str], expression: str
+) -> LogPlan | None:
     """The plan for files whose names say a cell and a load; None without.
 
     Where all cells are read in each file, the readings say which of them a name is of.
@@ -75,7 +77,7 @@ def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: 
         return None  # the words are of runs
     channels = dict(zip(words, cells, strict=True))
     put = {word: f"{n:.10g}" for word, n in zip(words, load, strict=True)}
-    return Plan(
+    return LogPlan(
         group[0], "known weights, a file for each cell and weight", "the files' names say both",
         "likely", "offline-fit", "weights", {
             "load_n": _by_name(expression, put, unit),
@@ -87,7 +89,7 @@ def cell_and_load(group: Sequence[FileGuess], words: Sequence[str], expression: 
 
 def _all_read(
     group: Sequence[FileGuess], said: Mapping[str, tuple[str, float]], unit: str, expression: str
-) -> Plan | None:
+) -> LogPlan | None:
     """A file for each cell and weight in which all cells are read; None where none alone moves."""
     names = tuple(dict.fromkeys(cell for cell, _ in said.values()))
     codes = np.array([names.index(cell) for cell, _ in said.values()])
@@ -109,7 +111,7 @@ def _all_read(
         }
         for cell, column in on.items()
     }
-    return Plan(
+    return LogPlan(
         group[0], "known weights, a file for each cell and weight, all cells read",
         "the files' names say both", "likely", "offline-fit", "weights", {}, tuple(on), wide,
     )  # fmt: skip
@@ -148,7 +150,7 @@ _HEAD = (
 """``# mass: 500 g`` above the rows of a file."""
 
 
-def load_above(group: Sequence[FileGuess]) -> Plan | None:
+def load_above(group: Sequence[FileGuess]) -> LogPlan | None:
     """The plan for files of one cell, each with its load in a line above the rows; None without."""
     found = [[m for x in file.text.above if (m := re.search(_HEAD, x))] for file in group]
     if any(len(own) != 1 for own in found):
@@ -164,7 +166,7 @@ def load_above(group: Sequence[FileGuess]) -> Plan | None:
     file = replace(group[0], text=replace(group[0].text, layout=layout))
     load = ColumnGuess("load", NameGuess("load"), units.pop(), "likely", "a line above the rows",
                        pattern=r"([-+]?[\d.,]+)")  # fmt: skip
-    return Plan(
+    return LogPlan(
         file, "known weights, a file for each", "a load in a line above the rows", "likely",
         "offline-fit", "weights", {
             "load_n": of(load), "channel": Entry(value="cell", why="one cell alone"),

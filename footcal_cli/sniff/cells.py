@@ -16,7 +16,7 @@ from footcal_cli.sniff.plan import (
     IN_NEWTON,
     MASS,
     Blank,
-    Plan,
+    LogPlan,
     extras,
     reading_entry,
     times,
@@ -33,7 +33,7 @@ WEIGHTS = Blank(
 )
 
 
-def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = False) -> Plan:
+def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = False) -> LogPlan:
     """Several cells in time: feet that stand or walk.
 
     Parameters
@@ -83,7 +83,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     body = still.entries
     plates = [] if forces else [NAMEPLATE]
     tables = (*tables, IN_NEWTON) if forces else tables
-    return Plan(
+    return LogPlan(
         file,
         f"{len(cells)} load cells in time: standing or walking"
         + (", with the body's motion" if body else ""),

@@ -21,7 +21,7 @@ from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import (
     Blank,
     Entry,
-    Plan,
+    LogPlan,
     extras,
     load_entry,
     of,
@@ -42,7 +42,7 @@ _TURNS = 0.5
 """In a table of one row per cell the next row is mostly of another."""
 
 
-def plan_of(file: FileGuess) -> Plan | None:
+def plan_of(file: FileGuess) -> LogPlan | None:
     """The plan for one log, None where its columns fit no experiment."""
     file = in_said_unit(in_kilograms(with_levers(without_motion(numbered(file)))))
     six = wrenches(file)
@@ -92,7 +92,7 @@ def _read_once(file: FileGuess) -> tuple[str, ...]:
     return next((own for own in words if 1 < len(own) == file.rows), ())
 
 
-def _once(plan: Plan, loads: list[ColumnGuess]) -> Plan:
+def _once(plan: LogPlan, loads: list[ColumnGuess]) -> LogPlan:
     """A plan that says which columns are its load again."""
     entries = [*plan.entries.values(), *(e for own in plan.wide.values() for e in own.values())]
     used = {e.column.column for e in entries if e.column is not None}
@@ -228,7 +228,7 @@ def _one_row_per_cell(file: FileGuess, cells: list[ColumnGuess]) -> list[str]:
 
 def _as_typed(
     file: FileGuess, loads: Sequence[ColumnGuess], cells: Sequence[ColumnGuess]
-) -> Plan | None:
+) -> LogPlan | None:
     """One cell and weights that were typed at some moment of each hold; None where holds are not.
 
     What was typed holds until the next text, but the weight lay there before.
@@ -243,7 +243,7 @@ def _as_typed(
     return plan if plan.ready and plan.options else None
 
 
-def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
+def _unloaded(file: FileGuess, cell: ColumnGuess) -> LogPlan:
     """One cell alone, with no load beside it."""
     time, rate, blanks = times(file, needed=True)
     name = next(iter(channel_names([cell])))
@@ -254,7 +254,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
     if time and (stamped := seconds_of(file.of("time")[0])) is not None:
         seconds = stamped - stamped[0]
     if loads := said_loads(seconds, numbers_of(cell), file.text.above):
-        return Plan(
+        return LogPlan(
             file, "one cell alone, weights put on it one after another",
             "loads listed above the table, as many as holds", "likely",
             "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
@@ -268,7 +268,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
             for i in np.flatnonzero(column.codes >= 0)
         ]
         if loads := typed_loads(seconds, numbers_of(cell), typed):
-            return Plan(
+            return LogPlan(
                 file, "one cell alone, weights put on it one after another",
                 f"what was typed in {column.column} at each hold", "likely",
                 "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
@@ -276,7 +276,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
                 blanks=tuple(blanks),
             )  # fmt: skip
     doubt = () if said_to_be_cells(cell) else (UNNAMED,)
-    return Plan(
+    return LogPlan(
         file, "one cell alone, without a load", "one column of readings",
         "guess" if doubt else "likely",
         "offline-fit", "weights_stream", entries, (name,), rate_hz=rate,
@@ -286,14 +286,14 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> Plan:
 
 def _cop_points(
     file: FileGuess, holes: dict[str, ColumnGuess], cops: dict[str, ColumnGuess]
-) -> Plan:
+) -> LogPlan:
     names = file.of("placement", "label", "orientation", "sequence")
     entries = {
         "placement": of(names[0]) if names else Entry(value="point", why="no name of the points"),
         **{f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"},
         **{f"cop_{a}_m": of(cops[a], cops[a].unit or "m") for a in "xy"},
     }
-    return Plan(
+    return LogPlan(
         file, "known points and the CoP that an instrument reported",
         "positions of points and a CoP", "likely", "offline-fit", "cop_points", entries,
     )  # fmt: skip
@@ -310,7 +310,7 @@ def _one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:
 
 def _placements(
     file: FileGuess, holes: dict[str, ColumnGuess], load: ColumnGuess, cells: list[ColumnGuess]
-) -> Plan:
+) -> LogPlan:
     named = channel_names(cells)
     labels = [c for c in file.of("label") if c.words]
     points = [
@@ -328,7 +328,7 @@ def _placements(
     foot = labels[0].words[0] if labels else "foot"
     lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",
              *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
-    return Plan(
+    return LogPlan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
         "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
         blanks=(*load_entry(load)[1], Blank(lines, "no log says where the cells sit"), WEIGHTS),

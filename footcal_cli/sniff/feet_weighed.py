@@ -12,7 +12,7 @@ import numpy as np
 
 from footcal_cli.sniff.cells import cells_in_time, of_both_feet
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.plan import FORCES, MASS, Plan
+from footcal_cli.sniff.plan import FORCES, MASS, LogPlan
 from footcal_cli.sniff.units import GRAVITY_MPS2, known_unit
 from footcal_cli.tables.units import conversion
 
@@ -59,7 +59,7 @@ def in_kilograms(file: FileGuess) -> FileGuess:
     ))  # fmt: skip
 
 
-def on_a_plate(file: FileGuess, cells: list[ColumnGuess]) -> Plan | None:
+def on_a_plate(file: FileGuess, cells: list[ColumnGuess]) -> LogPlan | None:
     """The plan for cells of two feet on one plate, whose force is the robot's weight.
 
     None where there is no such plate, or it does not bear all of the robot all the time.

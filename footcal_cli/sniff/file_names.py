@@ -20,7 +20,7 @@ from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, Plan, reading_entry, times
+from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, LogPlan, reading_entry, times
 from footcal_cli.sniff.six_axis import forces_of, share_a_weight
 from footcal_cli.tables.textfiles import called_as
 
@@ -46,7 +46,7 @@ class Beside:
 class Part:
     """Logs of one kind: the plan for them, the pattern of their names, what is joined."""
 
-    plan: Plan
+    plan: LogPlan
     paths: tuple[Path, ...]
     match: str
     beside: tuple[Beside, ...] = ()
@@ -118,7 +118,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     return None if plan is None else Part(plan, paths, names.match)
 
 
-def _weights_per_channel(plan: Plan, names: Names) -> Plan:
+def _weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:
     """Known weights in every file, and a file for each channel."""
     channel = Entry(file_name=names.expression, why="the files' names differ so")
     entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
@@ -176,7 +176,7 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
         "the load is taken to stand on the sensor, its force along z; fx, fy and torques are not "
         "calibrated",
     ) if six else ()  # fmt: skip
-    plan = Plan(
+    plan = LogPlan(
         first, "known weights, one file per weight", "the files' names differ by a number",
         "likely", "offline-fit", "weights", entries, (channel,),
         blanks=() if load.unit != NOT_SAID else (UNIT_ASKED,), warnings=warnings,
@@ -270,7 +270,7 @@ def _vertical(file: FileGuess) -> FloatArray | None:
     return forces[0].values if len(forces) == 1 and not file.of("label", "load") else None
 
 
-def _per_leg(group: Sequence[FileGuess], plan: Plan, names: Names) -> Plan:
+def _per_leg(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> LogPlan:
     """One file per leg where the files' names say so; else all are of one transducer.
 
     The legs of one body share its attitude: how each transducer is turned in it is looked for in

@@ -14,7 +14,7 @@ from footcal_cli.sniff.cells import WHERE, toml_key
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.plan import Blank, Plan
+from footcal_cli.sniff.plan import Blank, LogPlan
 from footcal_cli.sniff.six_axis import UNPLACED, WHERE_LEGS
 from footcal_cli.sniff.units import metres_per
 
@@ -58,7 +58,7 @@ def _places(sheet: FileGuess, axes: str, largest_m: float) -> _Places:
     return dict(zip(named[0].words, map(tuple, np.column_stack(places).tolist()), strict=True))
 
 
-def _with_legs(plan: Plan, places: _Places, sheet: FileGuess) -> Plan:
+def _with_legs(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     """A plan with the places of all its legs; as it is where the sheet does not say them all."""
     if not places or not any(UNPLACED in table for table in plan.robot):
         return plan
@@ -79,7 +79,7 @@ def _with_legs(plan: Plan, places: _Places, sheet: FileGuess) -> Plan:
     return replace(plan, robot=tuple(tables), blanks=blanks)
 
 
-def _placed(plan: Plan, places: _Places, sheet: FileGuess) -> Plan:
+def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     """A plan with the places of all its cells; as it is where the sheet does not say them all."""
     asked = next((blank for blank in plan.blanks if blank.why == WHERE), None)
     if asked is None or not places:

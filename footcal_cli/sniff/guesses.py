@@ -38,28 +38,11 @@ class ColumnGuess:
         Different texts of a text column, in order of appearance.
     codes
         Which of `words` stands in each row, shape (n,), −1 where none does.
-    format, pattern
-        Of dates, and of numbers among words.
-    nanoseconds
-        The column of nanoseconds beside one of whole seconds.
-    plus
-        Columns that come on top -> their units; `values` hold the sum.
-    wraps_at
-        Where a counter began again from zero; `values` go on counting.
-    summed
-        Whether each number is what came on top; `values` are their sums.
-    held
-        Whether an empty cell means what stands above it.
-    missing
-        What stands in its cells where there was no reading.
-    names
-        Its texts -> the numbers that they say.
+    format, pattern, nanoseconds, plus, wraps_at, summed, held, missing, names, high_word, over
+        How it is read, as in `footcal_cli.tables.reading.ForeignColumn`; `values` are read so:
+        they hold sums, ratios and whole registers, and a counter goes on counting.
     stamps
         Of dates: seconds since the first, shape (n,).
-    high_word
-        The column of the high register beside its low one; `values` hold the whole.
-    over
-        The column that the numbers are divided by; `values` hold the ratio.
     """
 
     column: str

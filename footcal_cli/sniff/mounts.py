@@ -18,7 +18,7 @@ from footcal_cli.sniff.attitudes import (
     EXPLAINED,
     REACTS,
     Attitude,
-    Reading,
+    AttitudeReading,
     readings_of,
     turns,
     upside_down,
@@ -84,7 +84,7 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
     if not turns(first.gravity):
         return Mounts(Attitude(first.entries), {}, None)
     reacts = float(np.median([fit.sign for fit in fits[at].values()])) < 0
-    chosen: Reading = candidates[at]
+    chosen: AttitudeReading = candidates[at]
     warnings = (f"{chosen.said}: so the forces are the weights of the legs",) if at else ()
     rotation = {name: _nominal(fit.rotation) for name, fit in fits[at].items()}
     if reacts and (why := upside_down(file, chosen)):

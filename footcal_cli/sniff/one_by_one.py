@@ -18,7 +18,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one
 from footcal_cli.sniff.levers import with_levers
 from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.units import metres_per
 
 _LEAST_FILES, _LEAST_MARKS = 3, 4
@@ -148,5 +148,5 @@ def _by_file(entry: Entry, names: Names, meant: dict[str, str]) -> Entry:
     return replace(entry, column=None, file_name=names.expression, names=meant)
 
 
-def _part(group: Sequence[FileGuess], plan: Plan, names: Names) -> Part:
+def _part(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> Part:
     return Part(replace(plan, file=group[0]), tuple(file.path for file in group), names.match)

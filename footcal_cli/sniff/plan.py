@@ -70,7 +70,7 @@ class Blank:
 
 
 @dataclass(frozen=True)
-class Plan:
+class LogPlan:
     """How one log, or several of one kind, are to be used.
 
     Parameters
@@ -118,7 +118,7 @@ class Plan:
     warnings: tuple[str, ...] = ()
     feet: tuple[str, ...] = ()
     mounting: str = ""
-    moving: Plan | None = None
+    moving: LogPlan | None = None
 
     @property
     def ready(self) -> bool:
@@ -216,7 +216,7 @@ _MOSTLY = 0.5
 """A table whose readings are mostly empty is of another layout."""
 
 
-def without_silent_rows(plan: Plan) -> Plan:
+def without_silent_rows(plan: LogPlan) -> LogPlan:
     """The plan for a log in which a sensor was silent in some rows: they are left out, and said."""
     if plan.role not in _NEEDED:
         return plan

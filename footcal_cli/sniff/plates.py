@@ -12,7 +12,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.motion import body_entries, walks
 from footcal_cli.sniff.names import words_of
-from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, Plan, of, times
+from footcal_cli.sniff.plan import IN_NEWTON, MASS, NOT_SAID, Blank, Entry, LogPlan, of, times
 from footcal_cli.sniff.still_feet import on_still_feet
 from footcal_cli.sniff.units import LENGTHS, metres_per, split_unit
 
@@ -44,7 +44,7 @@ class _Foot:
     y_sign: float = 1.0
 
 
-def force_and_cop(file: FileGuess) -> Plan | None:
+def force_and_cop(file: FileGuess) -> LogPlan | None:
     """The plan for a log of forces and CoPs, one of each per foot; None where it is none."""
     feet = _of_opensim(file) or _by_names(file)
     if not feet:
@@ -78,7 +78,7 @@ def force_and_cop(file: FileGuess) -> Plan | None:
     warnings: tuple[str, ...] = ()
     if any(foot.y_sign < 0 for foot in feet.values()):
         warnings = ("y is taken to point up and z to the right, as OpenSim has them",)
-    return Plan(
+    return LogPlan(
         file, f"vertical force and CoP, {len(feet)} of each"
         + ", with the body's motion" * moves,
         "a force and a CoP each", "likely", "static-init", "cells",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os.path
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.plan import Blank, Entry, Plan, of, rate_said
+from footcal_cli.sniff.plan import Blank, Entry, LogPlan, of, rate_said
 from footcal_cli.tables.columns import body_table
 from footcal_cli.tables.reading import BLANKS, Layout
 
@@ -158,14 +159,14 @@ def listing(parts: Sequence[Part]) -> list[str]:
     return lines
 
 
-def _read_anyway(plan: Plan) -> set[str]:
+def _read_anyway(plan: LogPlan) -> set[str]:
     """Columns of the body's stream that bear footcal's own names and need no entry."""
     names = {column.column for column in plan.file.columns}
     feet = dict.fromkeys(name.partition("_foot_")[0] for name in names if "_foot_" in name)
     return names & {column.name for column in body_table(tuple(feet)).columns}
 
 
-def _all_entries(plan: Plan) -> Iterator[tuple[str, Entry]]:
+def _all_entries(plan: LogPlan) -> Iterator[tuple[str, Entry]]:
     yield from plan.entries.items()
     for entry, own in plan.wide.items():
         for name, place in own.items():
@@ -261,50 +262,19 @@ def _entries(entries: Mapping[str, Entry]) -> list[str]:
 
 
 def _place(entry: Entry) -> str:
-    said = []
-    if entry.column is not None:
-        said.append(f"column = {_quoted(entry.column.column)}")
-    if entry.value is not None:
-        number = entry.value.replace(".", "", 1).lstrip("-").isdigit()
-        said.append(f"value = {entry.value if number else _quoted(entry.value)}")
-    if entry.file_name is not None:
-        said.append(f"file_name = {_literal(entry.file_name)}")
-    if entry.unit is not None:
-        said.append(f"unit = {_quoted(entry.unit)}")
-    if entry.factor is not None:
-        said.append(f"factor = {entry.factor}")
-    if entry.column is not None and entry.column.format:
-        said.append(f"format = {_quoted(entry.column.format)}")
-    if entry.wraps_at:
-        said.append(f"wraps_at = {entry.wraps_at:.0f}")
-    if entry.column is not None and entry.column.summed:
-        said.append("summed = true")
-    if entry.column is not None and entry.column.plus:
-        said.append(f"plus = {_table(entry.column.plus)}")
-    if entry.column is not None and entry.column.high_word:
-        said.append(f"high_word = {_quoted(entry.column.high_word)}")
-    if entry.column is not None and entry.column.over:
-        said.append(f"over = {_quoted(entry.column.over)}")
-    if entry.nanoseconds:
-        said.append(f"nanoseconds = {_quoted(entry.nanoseconds)}")
-    if entry.names:
-        pairs = ", ".join(f"{_quoted(a)} = {_quoted(b)}" for a, b in entry.names.items())
-        said.append(f"names = {{ {pairs} }}")
-    if entry.only_where:
-        said.append(f"only_where = {_table(entry.only_where)}")
-    if entry.missing:
-        said.append(f"missing = {_list(entry.missing)}")
-    if entry.column is not None and entry.column.held:
-        said.append("held = true")
-    if entry.column is not None and entry.column.pattern:
-        said.append(f"pattern = {_literal(entry.column.pattern)}")
+    said = [] if entry.column is None else [f"column = {_quoted(entry.column.column)}"]
+    for key, written in _WRITTEN.items():
+        # what is corrected of a guess stands in the entry, the rest in the guess alone
+        value = getattr(entry, key) if hasattr(entry, key) else getattr(entry.column, key, None)
+        if value:
+            said.append(f"{key} = {written(value)}")
     if len(said) == 1 and entry.column is not None:
         return _quoted(entry.column.column)
     return f"{{ {', '.join(said)} }}"
 
 
-def _table(pairs: Mapping[str, str]) -> str:
-    return f"{{ {', '.join(f'{_key(a)} = {_quoted(b)}' for a, b in pairs.items())} }}"
+def _number_or_text(value: str) -> str:
+    return value if value.replace(".", "", 1).lstrip("-").isdigit() else _quoted(value)
 
 
 def _list(texts: Sequence[str]) -> str:
@@ -323,6 +293,20 @@ def _literal(text: str) -> str:
 def _key(name: str) -> str:
     plain = all(c.isascii() and (c.isalnum() or c in "_-") for c in name)
     return name if plain and name else _quoted(name)
+
+
+def _table(pairs: Mapping[str, str], key: Callable[[str], str] = _key) -> str:
+    return f"{{ {', '.join(f'{key(a)} = {_quoted(b)}' for a, b in pairs.items())} }}"
+
+
+_WRITTEN: Mapping[str, Callable[[Any], str]] = {
+    "value": _number_or_text, "file_name": _literal, "unit": _quoted, "factor": str,
+    "format": _quoted, "wraps_at": "{:.0f}".format, "summed": lambda _: "true", "plus": _table,
+    "high_word": _quoted, "over": _quoted, "nanoseconds": _quoted,
+    "names": lambda names: _table(names, _quoted), "only_where": _table, "missing": _list,
+    "held": lambda _: "true", "pattern": _literal,
+}  # fmt: skip
+"""Keys of a place -> how their values are written, in this order."""
 
 
 def _relative(path: Path, target: Path) -> str:

@@ -11,13 +11,13 @@ from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
-from footcal_cli.sniff.plan import Entry, Plan
+from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.six_axis_feet import MOTION
 from footcal_cli.sniff.still_feet import on_still_feet
 
 
 def with_body(
-    plan: Plan, body: FileGuess, at_rows: Mapping[str, Entry] | None = None, mounting: str = "",
+    plan: LogPlan, body: FileGuess, at_rows: Mapping[str, Entry] | None = None, mounting: str = "",
     beside: tuple[Beside, ...] = (),
 ) -> list[Part]:  # fmt: skip
     """Sensors and the robot's own stream, which may say how the sensors are turned.
@@ -35,7 +35,7 @@ def with_body(
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]
         plan = cells_in_time(plan.file, [c for c in named if c is not None], legs=True)
     command = "online-replay" if walks(entries) else "static-init"
-    other = Plan(
+    other = LogPlan(
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
         command, "body", entries, robot=upright(body, entries),
     )  # fmt: skip
@@ -81,7 +81,7 @@ def with_one_name(
     return [replace(p, plan=_weighed(p.plan, weighed)) for p in renamed], list(others)
 
 
-def _weighed(plan: Plan, weighed: set[str]) -> Plan:
+def _weighed(plan: LogPlan, weighed: set[str]) -> LogPlan:
     """A plan for cells whose newtons per count the weights of the same log say."""
     if not plan.channels or not set(plan.channels) <= weighed:
         return plan
@@ -89,7 +89,7 @@ def _weighed(plan: Plan, weighed: set[str]) -> Plan:
     return replace(plan, blanks=kept)
 
 
-def _renamed(plan: Plan, cells: Mapping[str, str]) -> Plan:
+def _renamed(plan: LogPlan, cells: Mapping[str, str]) -> LogPlan:
     """A plan for weights with the cells' texts under the given names, if each has one."""
     channel = plan.entries.get("channel")
     given = {name: cells.get(_column(plan, name), cells.get(name)) for name in plan.channels}
@@ -105,7 +105,7 @@ def _renamed(plan: Plan, cells: Mapping[str, str]) -> Plan:
     return replace(plan, entries=entries, channels=tuple(renamed.values()))
 
 
-def _column(plan: Plan, channel: str) -> str:
+def _column(plan: LogPlan, channel: str) -> str:
     """The column that holds a channel's readings, where each has its own."""
     read = plan.wide.get(channel, {}).get("counts")
     return read.column.column if read is not None and read.column is not None else channel

@@ -13,7 +13,7 @@ import numpy as np
 
 from footcal_cli.core.plausibility import TOTAL_RANGE
 from footcal_cli.sniff.guesses import numbers_of
-from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, Plan
+from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, LogPlan
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, known_unit
 from footcal_cli.tables.units import conversion
@@ -43,7 +43,7 @@ _FAR = 30.0
 """No cell is loaded with so many times its capacity, and no list of loads is so far off."""
 
 
-def as_said_above(plan: Plan) -> Plan:
+def as_said_above(plan: LogPlan) -> LogPlan:
     """The plan with the mass that stands above its table; asked for where numbers contradict it."""
     return _with_load(_with_mass(plan))
 
@@ -69,7 +69,7 @@ def _newton_each(unit: str, factor: float | None) -> float:
     return conversion(unit, "N", GRAVITY_MPS2).slope * (factor or 1.0)
 
 
-def _with_mass(plan: Plan) -> Plan:
+def _with_mass(plan: LogPlan) -> LogPlan:
     said = _masses(plan.file.text.above)
     if MASS not in plan.blanks or len(said) != 1:
         return plan
@@ -86,7 +86,7 @@ def _with_mass(plan: Plan) -> Plan:
     return replace(plan, blanks=(replace(MASS, why=why), *blanks))
 
 
-def _total_n(plan: Plan) -> float | None:
+def _total_n(plan: LogPlan) -> float | None:
     """What all vertical forces add up to, in the middle of the log; None where some are counts."""
     forces = []
     for name, entry in plan.entries.items():
@@ -100,7 +100,7 @@ def _total_n(plan: Plan) -> float | None:
     return float(abs(np.nanmedian(np.sum(forces, axis=0))))
 
 
-def _with_load(plan: Plan) -> Plan:
+def _with_load(plan: LogPlan) -> LogPlan:
     """The plan, the unit of its load asked for where a line above the table contradicts it."""
     entry = plan.entries.get("load_n")
     if entry is None or entry.column is None or entry.column.values is None:

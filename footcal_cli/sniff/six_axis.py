@@ -15,7 +15,7 @@ from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
-from footcal_cli.sniff.plan import MASS, Blank, Entry, Plan, of, rate_said, times
+from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
 from footcal_cli.sniff.shafts import beside, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
 
@@ -41,7 +41,7 @@ TURNED = Blank(
 )
 
 
-def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan:
+def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogPlan:
     """Six-axis transducers: hanging with an attitude, or feet that stand and walk."""
     if still := _still(six):
         plan = transducers(file, {name: group for name, group in six.items() if name not in still})
@@ -111,7 +111,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> Plan
         world = (f'world_up = "{pose.world_up}"    # in the attitudes',)
     weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
                    "a start only: the weight is estimated", False)  # fmt: skip
-    return Plan(
+    return LogPlan(
         file, f"{len(forces)} six-axis transducer{'s' * (len(forces) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
@@ -161,7 +161,7 @@ def _own_attitudes(
 def _each_by_itself(
     file: FileGuess, six: dict[str, dict[str, ColumnGuess]], own: Mapping[str, Attitude],
     time: Mapping[str, Entry], rate: float | None, blanks: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
+) -> LogPlan:  # fmt: skip
     """Several transducers that hang free, each with an attitude of its own: two arms."""
     said = said_above(file)
     wide = {
@@ -169,7 +169,7 @@ def _each_by_itself(
         for name, group in six.items()
     }
     warnings = tuple(dict.fromkeys(w for pose in own.values() for w in pose.warnings))
-    return Plan(
+    return LogPlan(
         file, f"{len(six)} six-axis transducers, each with its own attitude",
         "six axes and an attitude of each", "likely", "hang-calib", "hang", dict(time), (), wide,
         "leg", rate, blanks=blanks, warnings=warnings,
@@ -243,7 +243,7 @@ def leg_tables(names: Iterable[str], mounts: Mounts | None) -> tuple[str, ...]:
 def _poses(
     file: FileGuess, six: dict[str, dict[str, ColumnGuess]], labels: Sequence[ColumnGuess],
     mounts: Mounts,
-) -> Plan | None:  # fmt: skip
+) -> LogPlan | None:  # fmt: skip
     """Transducers at the hips of a robot that stands in many poses: by name, or in time.
 
     A row for each leg and pose has its name; in a stream the still stretches are the poses. None
@@ -271,7 +271,7 @@ def _poses(
         why = "no shaft angle: each leg is taken to keep its posture"
         entries["phase_rad"] = Entry(value="0", why=why)
     legs = list(six) if wide else list(labels[0].words)
-    return Plan(
+    return LogPlan(
         file, f"six-axis transducers at {len(legs)} hips while the robot stands in poses",
         "six axes of several legs, an attitude, and loads that are no leg's weight", "likely",
         "pose-calib", "still" if streamed else "poses", entries, (), wide, "leg",

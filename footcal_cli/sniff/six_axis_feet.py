@@ -17,11 +17,13 @@ from footcal_cli.sniff.groups import transducers_by_stem
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.in_series import quiet_start_s
 from footcal_cli.sniff.motion import body_entries, upright, walks
-from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, Plan, times
+from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, LogPlan, times
 from footcal_cli.sniff.still_feet import on_still_feet
 
 
-def in_series(file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[str, Entry]) -> Plan:
+def in_series(
+    file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[str, Entry]
+) -> LogPlan:
     """Two transducers in each leg, and nothing else known of the robot: what each pair must share.
 
     Parameters
@@ -39,7 +41,7 @@ def in_series(file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[s
     for name in names:
         entries |= axes_of(groups[name], said, prefix=f"{name}_")
     listed = ", ".join(f'["{upper}", "{lower}"]' for upper, lower in pairs)
-    return Plan(
+    return LogPlan(
         file, f"{len(names)} six-axis transducers, two in series in each of {len(pairs)} legs",
         "the forces in a leg change together, and no attitude, mass or motion of the body is "
         "there", "likely", "pose-calib", "six_axis_feet", entries,
@@ -53,14 +55,14 @@ def in_series(file: FileGuess, pairs: Sequence[tuple[str, str]], time: Mapping[s
 def plates_of(
     file: FileGuess, six: dict[str, dict[str, ColumnGuess]], rate: float | None,
     blanks: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
+) -> LogPlan:  # fmt: skip
     """Six-axis plates that carry one weight: their vertical forces, which need no body stream."""
     entries, _, _ = times(file, needed=True)
     said, tables, down = said_above(file), [], _point_down(six)
     for name, group in six.items():
         entries[f"{name}_plate_counts"] = axes_of(group, said, -1.0 if down else 1.0)["fz_n"]
         tables.append(f"[robot.feet.{toml_key(name)}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
-    return Plan(
+    return LogPlan(
         file, f"{len(six)} six-axis plates under one weight", "vertical forces that add up to what "
         "hardly changes", "likely", "static-init", "cells", entries,
         tuple(f"{name}_plate" for name in six), rate_hz=rate, robot=(*tables, IN_NEWTON),
@@ -92,7 +94,7 @@ MOTION = Blank(
 def ankles(
     file: FileGuess, six: dict[str, dict[str, ColumnGuess]], entries: dict[str, Entry],
     blanks: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
+) -> LogPlan:  # fmt: skip
     """Transducers at feet, with the motion of the body where the log has it."""
     entries = {name: entry for name, entry in entries.items() if name == "time_s"}
     said, logged = said_above(file), body_entries(file)
@@ -107,7 +109,7 @@ def ankles(
         mounting = "\n".join([*([mounting] if mounting else []), _NOTHING_BELOW])
     command = "online-replay" if file.of("com") and walks(body) else "static-init"
     moves = ", with the body's motion" if file.of("com") else ""
-    return Plan(
+    return LogPlan(
         file, f"six-axis transducers at {'two' if len(six) == 2 else len(six)} feet{moves}",
         "six axes of each, that carry a weight together", "likely", command, "cells", entries, (),
         robot=upright(file, body), feet=tuple(six), mounting=mounting,

@@ -17,7 +17,7 @@ from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.loads import loads_and_cells
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Plan
+from footcal_cli.sniff.plan import LogPlan
 from footcal_cli.sniff.weights import follow
 
 _SAME = 1e-3
@@ -73,7 +73,7 @@ def without_twins(parts: list[Part]) -> list[Part]:
     return [replace(p, plan=plan) if p is whole[0] else p for p in parts if p not in twins]
 
 
-def _vertical(plan: Plan) -> list[FloatArray]:
+def _vertical(plan: LogPlan) -> list[FloatArray]:
     """Vertical forces of the plates of a plan."""
     names = ("_fz_n", "_counts")
     columns = [e.column for name, e in plan.entries.items() if name.endswith(names)]

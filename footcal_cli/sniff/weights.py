@@ -21,7 +21,7 @@ from footcal_cli.sniff.plan import (
     FORCES,
     Blank,
     Entry,
-    Plan,
+    LogPlan,
     extras,
     load_entry,
     of,
@@ -58,7 +58,7 @@ _STRAIGHT = 0.98
 def weights(
     file: FileGuess, loads: list[ColumnGuess], cells: list[ColumnGuess],
     named: Mapping[str, ColumnGuess] | None = None,
-) -> Plan:  # fmt: skip
+) -> LogPlan:  # fmt: skip
     """The plan for known loads and readings in one table.
 
     Parameters
@@ -85,7 +85,7 @@ def weights(
             return _each_its_load(file, named, pairs, time)
         entries = {f"{n}_load_n": of(c, c.unit or "N") for n, c in pairs.items()}
         entries |= {f"{n}_counts": reading_entry(c) for n, c in named.items()}
-        return Plan(
+        return LogPlan(
             file, "several cells loaded at once, each with its own known load",
             "as many loads as readings", "likely", "offline-fit", "weights_together",
             entries, tuple(named),
@@ -124,7 +124,7 @@ def weights(
         if direction and direction[0].values is not None:
             entries["direction"] = of(direction[0])
         entries |= {"channel": channel, "counts": reading_entry(cell)}
-        return Plan(
+        return LogPlan(
             file, "known weights, one row per reading", "a load next to each reading",
             "likely", "offline-fit", "weights", entries,
             tuple(labels[0].words) if labels else (one_name,), blanks=asked,
@@ -138,12 +138,12 @@ def weights(
         channel = Entry(value="cell", why="readings without names, all on one line of the load")
         cells = without_their_mean(cells)
         wide = {str(i): {"counts": reading_entry(c)} for i, c in enumerate(cells, 1)}
-        return Plan(
+        return LogPlan(
             file, f"known weights on one cell, {len(cells)} readings in each row", "numbers "
             "without names that agree", "likely", "offline-fit", "weights",
             {**entries, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
         )  # fmt: skip
-    return Plan(
+    return LogPlan(
         file, f"known weights, the readings of {len(cells)} cells side by side",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
         entries, tuple(named), wide, blanks=asked,
@@ -232,7 +232,7 @@ def _parts_of(whole: str | None, part: str | None) -> float:
 
 def _one_at_a_time(
     file: FileGuess, load: ColumnGuess, labels: Sequence[ColumnGuess], cells: list[ColumnGuess]
-) -> Plan | None:
+) -> LogPlan | None:
     """A weight that lies on one cell at a time, all of them read: a column names the loaded one."""
     for label in labels:
         on = named_alike(label.words, cells) or followers(load, label, cells)
@@ -246,7 +246,7 @@ def _one_at_a_time(
             }
             for word, cell in on.items()
         }
-        return Plan(
+        return LogPlan(
             file, f"known weights on one of {len(on)} cells at a time, all of them read",
             "a load, the cell it lies on, and several readings in a row", "likely", "offline-fit",
             "weights", extras(file), tuple(on), wide, blanks=asked,
@@ -263,7 +263,7 @@ def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
     return found if set(found) == set(AXES) and len(loads) == len(AXES) else {}
 
 
-def known_wrench(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> Plan | None:
+def known_wrench(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> LogPlan | None:
     """A rig's wrench, called applied or known, beside the gauges of a transducer; None without."""
     gauges = [
         c for c in file.of("reading", "unknown")
@@ -278,14 +278,14 @@ def known_wrench(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) 
 def _known_wrench(
     file: FileGuess, wrench: Mapping[str, ColumnGuess], named: Mapping[str, ColumnGuess],
     time: Mapping[str, Entry],
-) -> Plan:  # fmt: skip
+) -> LogPlan:  # fmt: skip
     """A six-axis transducer in a rig: the applied wrench next to its readings."""
     entries = dict(time)
     for axis in AXES:
         unit, name = ("N", "n") if axis[0] == "f" else ("N*m", "nm")
         entries[f"known_{axis}_{name}"] = of(wrench[axis], wrench[axis].unit or unit)
     entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
-    return Plan(
+    return LogPlan(
         file, f"a known wrench on a transducer with {len(named)} readings",
         "six loads along and about axes, and readings", "likely", "offline-fit",
         "weights_together", entries, tuple(named), options=("known_wrench = true",),
@@ -303,21 +303,21 @@ def _one_proportion(loads: list[ColumnGuess]) -> bool:
 def _each_its_load(
     file: FileGuess, named: dict[str, ColumnGuess], loads: dict[str, ColumnGuess],
     time: dict[str, Entry],
-) -> Plan:  # fmt: skip
+) -> LogPlan:  # fmt: skip
     """Cells that were loaded side by side, each with a load of its own in every row."""
     asked = tuple({blank for c in loads.values() for blank in load_entry(c)[1]})
     wide = {
         name: {"load_n": load_entry(loads[name])[0], "counts": reading_entry(column)}
         for name, column in named.items()
     }
-    return Plan(
+    return LogPlan(
         file, f"known weights on {len(named)} cells, each with its own load in every row",
         "as many loads as readings, all in one proportion", "likely", "offline-fit", "weights",
         {**time, **extras(file)}, tuple(named), wide, blanks=asked,
     )  # fmt: skip
 
 
-def loads_across(file: FileGuess) -> Plan | None:
+def loads_across(file: FileGuess) -> LogPlan | None:
     """A sheet of cells by weights, the weights in the header: ``cell; 0 kg; 0.5 kg; 1 kg``."""
     loads: dict[str, tuple[float, str]] = {}
     for column in file.columns:
@@ -337,14 +337,14 @@ def loads_across(file: FileGuess) -> Plan | None:
         }
         for name, (value, unit) in loads.items()
     }
-    return Plan(
+    return LogPlan(
         file, "known weights, a column of readings for each", "loads in the header", "likely",
         "offline-fit", "weights", {"channel": of(labels[0])}, tuple(labels[0].words), wide,
         "load_n",
     )  # fmt: skip
 
 
-def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
+def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> LogPlan | None:
     """One cell, a column of readings for each run: ``load; run 1; run 2``."""
     runs = {
         found[1]: c for c in file.of("repeat")
@@ -356,7 +356,7 @@ def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
     entry, asked = load_entry(loads[0])
     wide = {number: {"counts": reading_entry(column)} for number, column in runs.items()}
     channel = Entry(value="cell", why="one cell, a column for each run")
-    return Plan(
+    return LogPlan(
         file, f"known weights on one cell, {len(runs)} runs side by side",
         "a load and numbered runs in a row", "likely", "offline-fit", "weights",
         {"load_n": entry, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
@@ -366,7 +366,7 @@ def runs_across(file: FileGuess, loads: list[ColumnGuess]) -> Plan | None:
 def _stream(
     file: FileGuess, named: dict[str, ColumnGuess], entries: dict[str, Entry],
     asked: tuple[Blank, ...],
-) -> Plan:  # fmt: skip
+) -> LogPlan:  # fmt: skip
     """A recording of one or more cells under a load that is read too."""
     kept = ("time_s", "load_n", "temperature_degc", "session")
     entries = {name: entry for name, entry in entries.items() if name in kept}
@@ -375,7 +375,7 @@ def _stream(
     options: tuple[str, ...] = ()
     if load is not None and time is not None and (at := seconds_of(time)) is not None:
         options = short_holds(at, numbers_of(load))
-    return Plan(
+    return LogPlan(
         file, "a running recording while the load changes", "time, load and readings", "likely",
         "offline-fit", "weights_stream", entries, tuple(named), blanks=asked, options=options,
         warnings=(_BY_ITSELF,) if len(named) > 1 and ON_WHICH not in asked else (),

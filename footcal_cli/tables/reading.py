@@ -19,46 +19,9 @@ BLANKS = " "
 class ForeignColumn:
     """Where a canonical column is found: ``[columns]`` of a recipe.
 
-    Parameters
-    ----------
-    column
-        Name in the file; empty where the column does not stand in it.
-    unit
-        Of the file's numbers, the canonical one where absent.
-    value
-        The same for every row.
-    file_name
-        Regular expression; what its first group finds in the file's name, for every row. With a
-        slash in it: in the name behind that of the file's folder.
-    pattern
-        Regular expression; what its first group finds in a cell (``Reading: 8347750 g``). A group
-        called ``unit`` finds the unit of each number, which is converted to `unit`.
-    format
-        Of dates and times, as ``strptime`` has it.
-    factor
-        Numbers are multiplied by it (−1 where a sign is the other way round).
-    nanoseconds
-        Another column of the file: nanoseconds beside the whole seconds of `column`.
-    high_word
-        Another column of the file: the high one of two registers of 16 bits, `column` the low one.
-    over
-        Another column of the file that its numbers are divided by: a moment by a force is a lever.
-    plus
-        Other columns of the file -> their units: what comes on top (ounces beside pounds).
-    wraps_at
-        A counter that reaches this number begins again from zero; of a cell's counts, the number
-        of codes of a converter whose sign was lost.
-    summed
-        Each number is what came on top of all above it: their sum is meant.
-    names
-        Texts of the file -> footcal's.
-    held
-        An empty cell means what stands above it.
-    only_where
-        Another column -> its text: in all other rows the number is 0.
-    missing
-        What a cell holds where there is no value (``-9999``); an empty cell counts as one then.
-        Rows of a bench log without it are left out.
+    `footcal_cli.recipe.filespecs.Place` says what each field means, and refuses what makes no
+    sense. `column` is empty where the column does not stand in the file, `unit` None where the
+    file's numbers are in the canonical one.
     """
 
     column: str = ""
@@ -89,16 +52,7 @@ class ForeignColumn:
 class Pivot:
     """A row for each foot or cell becomes columns ``<label>.<column>`` of one row per sample.
 
-    Parameters
-    ----------
-    by
-        Columns that name what a row is of, joined by ``_``.
-    labels
-        The names, in the order of the columns; rows of others are left out.
-    at
-        The column of stamps; empty where the k-th rows of all labels belong together.
-    held
-        Labels whose value holds until their next row.
+    `footcal_cli.recipe.filespecs.PivotSpec` says what each field means.
     """
 
     by: tuple[str, ...]
@@ -114,41 +68,10 @@ class Pivot:
 
 @dataclass(frozen=True)
 class Layout:
-    """How the text of a log is laid out.
+    """How the text of a log is laid out: ``[[files]]`` of a recipe.
 
-    Parameters
-    ----------
-    separator
-        One character between fields, or `BLANKS`.
-    decimal
-        Decimal point or comma.
-    thousands
-        Sign between groups of three digits; empty for none.
-    until
-        The table ends above a line that begins so; empty where it ends with the file.
-    turned
-        Names stand in the first field of each line, a row is a column: the sheet lies on its side.
-    encoding
-        Of the text.
-    comment
-        Lines that begin so are left out; empty for none.
-    skip_rows
-        Lines before the header, comments not counted.
-    header
-        Whether a line of names follows; without one columns are ``column_1`` ….
-    names
-        Names in place of the header's.
-    skip_below
-        Lines between the header and the first row (units).
-    line
-        Regular expression with named groups: every line that it finds itself in is a row, its
-        groups are the columns. For texts without fields; empty for fields.
-    carried
-        Regular expression with named groups: a line that it finds itself in sets columns that hold
-        for the rows below, as a weight typed between the readings does. Groups ``added_load`` and
-        ``removed_load`` count the column ``load`` up and down, ``zero_load`` makes it 0.
-    pivot
-        A row for each foot or cell, turned into one row per sample; None where it is one already.
+    `footcal_cli.recipe.filespecs.FileSpec` says what each field means. A `separator` is one
+    character, or `BLANKS`; without a `header` columns are called ``column_1`` ….
     """
 
     separator: str = ","
@@ -180,16 +103,8 @@ class Join:
     ----------
     path, reading
         The other file and how it is read.
-    by
-        Row by row, or by time stamps.
-    offset_s
-        Added to the other file's stamps.
-    how
-        Between the other file's stamps: straight lines, the nearest or the previous row.
-    tolerance_s
-        Longest distance to a stamp of the other file; rows farther away have no value.
-    apart_s
-        Least distance to any of its stamps; rows closer to one have no value.
+    by, offset_s, how, tolerance_s, apart_s
+        How their rows meet: `footcal_cli.recipe.filespecs.JoinSpec`.
     """
 
     path: Path

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from footcal_cli.core.centroidal import MIN_FORCE_N
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.filter import Guards, Noise, run_filter, run_settings
+from footcal_cli.core.online.filter import Guards, WalkNoise, run_filter, run_settings
 from footcal_cli.core.online.passes import Pass
 from footcal_cli.core.online.rows import cell_rows
 from footcal_cli.core.online.smoother import run_smoother
@@ -25,7 +25,7 @@ from tests.benchmarks.limits import pointer, real, whole
 from tests.core.walk_data import Errors, make_walk, record
 from tests.core.walking import belief_of, walk_log
 
-NOISE = Noise(swing_fixed_n=0.07)
+NOISE = WalkNoise(swing_fixed_n=0.07)
 QUIET = Guards(jump_threshold=np.inf)
 ONE = Weights(4e4, 3e4, 3e3)
 MANY = Weights(4e4, 3e4, np.geomspace(1.0, 1e6, 64))
@@ -105,7 +105,7 @@ def _filters(log: Log, belief: Belief, c: ctypes.CDLL | None) -> Iterator[Conten
     group = "memory: Kalman filter with the search for jumps (320 hypotheses)"
     yield Contender(group, "array code", lambda: run_filter(rows, NOISE, fast=False), u)
     yield Contender(group, "compiled", lambda: run_filter(rows, NOISE), u)
-    many = Noise.of(NOISE.stacked() * np.geomspace(0.5, 2.0, SETTINGS)[:, None])
+    many = WalkNoise.of(NOISE.stacked() * np.geomspace(0.5, 2.0, SETTINGS)[:, None])
     group = f"likelihood of {SETTINGS} settings of the noise, per setting"
     yield Contender(
         group, "array code", lambda: run_settings(rows, many, states=False, fast=False),

@@ -17,9 +17,9 @@ from typer.main import get_command
 
 from footcal_cli.app import COMMANDS, function_of
 from footcal_cli.core.online.comparison import left_interval
-from footcal_cli.core.online.evidence import Departure
+from footcal_cli.core.online.evidence import LeftInterval
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.jumps import BiasJump
 from footcal_cli.core.online.memory import sized_jumps
 from footcal_cli.core.plausibility import check_gains
 from footcal_cli.core.quality import Finding
@@ -282,13 +282,13 @@ def test_what_is_wrong_with_the_wiring_stands_before_what_follows_from_it() -> N
 
 
 def test_a_jump_without_a_sure_size_is_no_alarm() -> None:
-    assert Jump("left_fl.bias", 1.0, 1.5, 2.0, 0.3, 40.0).sure
-    assert not Jump("left_fl.bias", 1.0, 1.5, -2.0, 0.9, 40.0).sure
+    assert BiasJump("left_fl.bias", 1.0, 1.5, 2.0, 0.3, 40.0).sure
+    assert not BiasJump("left_fl.bias", 1.0, 1.5, -2.0, 0.9, 40.0).sure
 
 
 def test_a_jump_that_the_whole_walk_refutes_is_none() -> None:
     """The proof saw 0.6 N; before and after it the smoother has 0.02 N between, or 0.55 N."""
-    jump = Jump("left_fl.bias", 5.0, 5.1, 0.6, 0.05, 40.0, least=0.5)
+    jump = BiasJump("left_fl.bias", 5.0, 5.1, 0.6, 0.05, 40.0, least=0.5)
     time_s = np.arange(200) / 20.0
     for step, kept in ((0.02, 0), (0.55, 1)):
         values = np.where(time_s < 5.0, 0.0, step)[:, None]
@@ -300,7 +300,7 @@ def test_a_jump_that_the_whole_walk_refutes_is_none() -> None:
 
 @pytest.mark.parametrize(("name", "doubted"), [("robot.smoothing", True), ("left_fl.gain", False)])
 def test_a_motion_beyond_what_was_thought_possible_is_not_good(name: str, doubted: bool) -> None:
-    found = left_interval(Departure(name, "s²", 3.0, 4e-3, -1.5e-3, 1.5e-3))
+    found = left_interval(LeftInterval(name, "s²", 3.0, 4e-3, -1.5e-3, 1.5e-3))
     assert found.severity == "warning"
     assert (found.code in DOUBTFUL) == doubted
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from footcal_cli.core.online.noise import Noise
+from footcal_cli.core.online.noise import WalkNoise
 from footcal_cli.intake import long_walks, walk_length
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord, RmseRecord, RunRecord
@@ -55,7 +55,7 @@ def short_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def options(*more: str) -> str:
-    noise = [f"{f.name} = {getattr(Noise(), f.name)}" for f in fields(Noise)]
+    noise = [f"{f.name} = {getattr(WalkNoise(), f.name)}" for f in fields(WalkNoise)]
     lines = [
         "[online_replay]",
         "delay_s = 0.02",

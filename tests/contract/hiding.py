@@ -17,7 +17,7 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, GridOf, Scope, columns_of
-from footcal_cli.core.inference.case import Case, Rows, residual, rows_of
+from footcal_cli.core.inference.case import Case, residual, rows_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.signatures import SWITCHES
@@ -58,7 +58,7 @@ class Clean:
     """
 
     case: Case
-    rows: Rows
+    rows: Problem
     problem: Problem
     still: FloatArray
 

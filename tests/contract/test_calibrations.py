@@ -16,7 +16,7 @@ from footcal_cli.core.effects.six_axis import MOUNT_ROTATION
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.noise import Noise
+from footcal_cli.core.online.noise import WalkNoise
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import (
     PlacementsPlan,
@@ -30,10 +30,15 @@ from footcal_cli.core.simulation.biped_logs import (
     MotionAt,
     StandPlan,
     biped_logs,
-    standing,
+    standing_motion,
 )
 from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
+from footcal_cli.core.simulation.hexapod_logs import (
+    HangPlan,
+    PosePlan,
+    simulated_hang_log,
+    simulated_pose_log,
+)
 from footcal_cli.core.simulation.plans import Spread
 from footcal_cli.core.simulation.robots import Biped, Hexapod
 from footcal_cli.core.simulation.scenario import calibration, mounting
@@ -77,7 +82,7 @@ def hung(seed: int, legs: Iterable[str]) -> list[calibrate.Calibration[HangFit]]
     for leg in legs:
         channels = [c for c in HEXAPOD.channels if c.startswith(f"{leg}.")]
         chain = chain_of(link(effect, channels) for effect in (HANG_TILT, MOUNT_ROTATION, OFFSET))
-        log = hang_log(HEXAPOD, leg, HangPlan(), chain, truth, seed=seed).log
+        log = simulated_hang_log(HEXAPOD, leg, HangPlan(), chain, truth, seed=seed).log
         believed_n = 1.02 * HEXAPOD.legs[leg].weight_n
         phase, down = log.known["phase_rad"], log.known["gravity_dir"]
         found.append(calibrate.hang(leg, log.time_s, phase, log.readings, down, believed_n))
@@ -93,7 +98,7 @@ def hanging(seed: int) -> FloatArray:
 
 def posed(seed: int) -> FloatArray:
     chain, truth = mounting(HEXAPOD, SPREAD, seed)
-    log = pose_log(HEXAPOD, PosePlan(), chain, truth, seed=seed).log
+    log = simulated_pose_log(HEXAPOD, PosePlan(), chain, truth, seed=seed).log
     design = calibrate.Geometry(
         tuple(HEXAPOD.legs), HEXAPOD.hip_rot_bt, HEXAPOD.hip_pos_b_m,
         np.array(HEXAPOD.chassis_com_b_m),
@@ -107,7 +112,7 @@ def posed(seed: int) -> FloatArray:
 
 def wandered(log: Log, truth: Mapping[str, float], seed: int) -> Log:
     """Counts of cells whose gains and biases drift as a walk's estimator expects, to the truth."""
-    rng, noise = np.random.default_rng([seed, 1]), Noise().for_weight(BIPED.weight_n)
+    rng, noise = np.random.default_rng([seed, 1]), WalkNoise().for_weight(BIPED.weight_n)
     root_s = np.sqrt(np.diff(log.time_s, prepend=log.time_s[0]))[:, None]
     steps = root_s * rng.standard_normal((2, *log.readings.shape))
     gain, bias_n = np.cumsum(steps, axis=1) * np.reshape(
@@ -146,7 +151,7 @@ def moving(kind: str, seed: int, motion: MotionAt, seconds: float) -> FloatArray
 
 def stood(seed: int) -> FloatArray:
     plan = StandPlan()
-    return moving("stand", seed, standing(BIPED, plan, seed), plan.duration_s)
+    return moving("stand", seed, standing_motion(BIPED, plan, seed), plan.duration_s)
 
 
 def walked(seed: int) -> FloatArray:

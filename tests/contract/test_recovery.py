@@ -23,18 +23,29 @@ from footcal_cli.core.simulation.bench_logs import (
     placements_log,
     weights_logs,
 )
-from footcal_cli.core.simulation.biped_logs import Course, StandPlan, Streams, biped_logs, standing
+from footcal_cli.core.simulation.biped_logs import (
+    Course,
+    StandPlan,
+    Streams,
+    biped_logs,
+    standing_motion,
+)
 from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
+from footcal_cli.core.simulation.hexapod_logs import (
+    HangPlan,
+    PosePlan,
+    simulated_hang_log,
+    simulated_pose_log,
+)
 from footcal_cli.core.simulation.measure import Simulated
-from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.noise import SimulatedNoise
 from footcal_cli.core.simulation.robots import Biped, Hexapod
 from tests.contract.whitening import white_errors, whitening
 from tests.core.ankle_simulation import Ankles, humanoid, six_axis_feet_log
 
 BIPED, HEXAPOD, HUMANOID = Biped(), Hexapod(), humanoid()
 FORCE_SD_N, TORQUE_SD_NM = 0.04, 0.004
-FORCE, TORQUE = Noise(white=FORCE_SD_N), Noise(white=TORQUE_SD_NM)
+FORCE, TORQUE = SimulatedNoise(white=FORCE_SD_N), SimulatedNoise(white=TORQUE_SD_NM)
 SEEDS = 80
 """Of the hundred and fifty cases chance throws one out of 0.85 to 1.15 in forty runs."""
 VISIBLE = 5.0
@@ -94,7 +105,7 @@ def simulate_stand(chain: Chain, values: dict[str, float], seed: int) -> Simulat
     plan = StandPlan(stances=8, stance_s=2.0, sway_m=0.0)
     streams = Streams(cell_rate_hz=10.0, cell_noise=FORCE, body_rate_hz=1.0)
     return biped_logs(
-        Course("stand", BIPED, standing(BIPED, plan, 3), plan.duration_s), chain, values,
+        Course("stand", BIPED, standing_motion(BIPED, plan, 3), plan.duration_s), chain, values,
         seed=seed, streams=streams, to_counts=False,
     ).cells  # fmt: skip
 
@@ -110,12 +121,12 @@ def simulate_walk(chain: Chain, values: dict[str, float], seed: int) -> Simulate
 
 def simulate_hang(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
     plan = HangPlan(cycles=1, cycle_s=10.0, rate_hz=6.0, force_noise=FORCE, torque_noise=TORQUE)
-    return hang_log(HEXAPOD, "ml", plan, chain, values, seed=seed)
+    return simulated_hang_log(HEXAPOD, "ml", plan, chain, values, seed=seed)
 
 
 def simulate_pose(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
     plan = PosePlan(poses=30, tripods=6, force_noise=FORCE, torque_noise=TORQUE)
-    return pose_log(HEXAPOD, plan, chain, values, seed=seed)
+    return simulated_pose_log(HEXAPOD, plan, chain, values, seed=seed)
 
 
 HEAVIER = 10.0
@@ -128,7 +139,7 @@ ANKLES = Ankles(
 
 def simulate_stand_on_ankles(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
     plan = StandPlan(stances=4, one_foot=4, stance_s=1.0, sway_m=0.0)
-    motion = standing(HUMANOID, plan, 3)
+    motion = standing_motion(HUMANOID, plan, 3)
     return six_axis_feet_log(
         "stand", HUMANOID, motion, plan.duration_s, chain, values, seed=seed, ankles=ANKLES
     )

@@ -12,7 +12,8 @@ from footcal_cli.core.chain import link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, Trait, can_carry, units_of
 from footcal_cli.core.effects.own import OwnRow, own_effect
-from footcal_cli.core.inference.case import Case, Rows, rows_of
+from footcal_cli.core.inference.case import Case, rows_of
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.responses import Responses
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.inference.signatures import derivative
@@ -38,7 +39,7 @@ def mixed(name: str, effect: Effect) -> bool:
 
 
 @cache
-def recorded(name: str) -> tuple[Case, Rows]:
+def recorded(name: str) -> tuple[Case, Problem]:
     world = WORLDS[name]
     logs = world.record(None, 1, False)
     warm = tuple(

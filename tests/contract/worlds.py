@@ -36,15 +36,15 @@ from footcal_cli.core.simulation.biped_logs import (
     StandPlan,
     Streams,
     biped_logs,
-    standing,
+    standing_motion,
 )
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import (
     HangPlan,
     PosePlan,
-    hang_log,
     offset_values,
-    pose_log,
+    simulated_hang_log,
+    simulated_pose_log,
 )
 from footcal_cli.core.simulation.measure import counted
 from footcal_cli.core.simulation.noise import QUIET
@@ -241,7 +241,7 @@ def placements_case(logs: tuple[Log, ...], seed: int) -> Case:
     outputs = ("fz", "moment_x", "moment_y")
     return replace(
         _affine_case(placements.EXPERIMENT, logs, seed), tolerance_n=0.005 * largest,
-        tolerance_nm=MM * largest, settings="round",
+        tolerance_nm=MM * largest, setting_key="round",
         groups={f"{foot}.{o}": o for foot in ROBOT.feet for o in outputs},
     )  # fmt: skip
 
@@ -274,7 +274,7 @@ def _balanced(
 
 def record_stand(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Log, ...]:
     """A few rows and a block per stance, on both feet and on one."""
-    motion = standing(ROBOT, STOOD, seed)
+    motion = standing_motion(ROBOT, STOOD, seed)
     return (piece_means(_balanced("stand", motion, STOOD.duration_s, hidden, seed, noisy)),)
 
 
@@ -317,7 +317,7 @@ def record_hang(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Log, ...
         for turn in range(HANGINGS):
             askew = hang_tilts(leg, HEXAPOD.legs[leg], Spread().hang_tilt_rad, 100 * seed + turn)
             chain = Chain((link(TABLE["hang_tilt"], channels),))
-            one = hang_log(HEXAPOD, leg, plan, chain, askew, seed=100 * seed + turn).log
+            one = simulated_hang_log(HEXAPOD, leg, plan, chain, askew, seed=100 * seed + turn).log
             one = replace(one, time_s=one.time_s + clock)
             clock = float(one.time_s[-1]) + 60.0
             warm = 22.0 + 3.0 * np.sin(one.time_s / 300.0 + turn)
@@ -347,7 +347,7 @@ def _hips(seed: int) -> tuple[Chain, dict[str, float]]:
 def record_pose(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Log, ...]:
     """Poses on six legs and on three, in any order."""
     plan = POSED if noisy else replace(POSED, force_noise=QUIET, torque_noise=QUIET)
-    log = pose_log(HEXAPOD, plan, *_with(*_hips(seed), hidden), seed=seed).log
+    log = simulated_pose_log(HEXAPOD, plan, *_with(*_hips(seed), hidden), seed=seed).log
     poses = len(log)
     order = np.random.default_rng([78, seed]).permutation(poses)
     return (

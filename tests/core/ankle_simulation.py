@@ -17,7 +17,7 @@ from footcal_cli.core.simulation.biped_logs import MotionAt
 from footcal_cli.core.simulation.columns import WRENCH_COLUMNS, Columns
 from footcal_cli.core.simulation.gait import Motion
 from footcal_cli.core.simulation.measure import Simulated, measure
-from footcal_cli.core.simulation.noise import Noise, stream
+from footcal_cli.core.simulation.noise import SimulatedNoise, stream
 from footcal_cli.core.simulation.robots import Biped
 
 HUMANOID_SOLE: Mapping[str, tuple[float, float]] = {
@@ -61,8 +61,8 @@ class Ankles:
     weight_below_n: float = 19.7
     com_below_m: tuple[float, float, float] = (0.02, 0.0, -0.06)
     rate_hz: float = 50.0
-    force_noise: Noise = field(default_factory=lambda: Noise(white=1.0))
-    torque_noise: Noise = field(default_factory=lambda: Noise(white=0.1))
+    force_noise: SimulatedNoise = field(default_factory=lambda: SimulatedNoise(white=1.0))
+    torque_noise: SimulatedNoise = field(default_factory=lambda: SimulatedNoise(white=0.1))
     com_noise_m: float = 2e-4
     acc_noise_mps2: float = 0.03
     angmom_noise_nm: float = 0.3

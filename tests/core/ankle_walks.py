@@ -8,7 +8,7 @@ from footcal_cli.core.chain import chain_of, link
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.measure import Simulated
-from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.noise import SimulatedNoise
 from tests.core.ankle_simulation import (
     Ankles,
     humanoid,
@@ -19,7 +19,7 @@ from tests.core.ankle_simulation import (
 ROBOT = humanoid()
 CHANNELS = six_axis_channels(ROBOT)
 ANKLES = Ankles(
-    force_noise=Noise(1.0, 1.0, 0.5), torque_noise=Noise(0.1, 0.1, 0.5),
+    force_noise=SimulatedNoise(1.0, 1.0, 0.5), torque_noise=SimulatedNoise(0.1, 0.1, 0.5),
     com_noise_m=5e-4, acc_noise_mps2=0.05, angmom_noise_nm=1.0,
 )  # fmt: skip
 

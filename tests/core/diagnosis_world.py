@@ -228,7 +228,6 @@ def problem_of(world: World, residual: FloatArray, tolerance: float = 0.05) -> P
     return Problem(
         residual=rows(residual),
         calibration=rows(calibration_of(world)),
-        calibration_names=tuple(f"c{i}.{k}" for i in range(4) for k in ("scale", "bias")),
         columns=np.stack(columns, axis=1),
         signatures=tuple(signatures),
         block=np.repeat(index // 3, n),

@@ -22,11 +22,11 @@ from footcal_cli.core.parameters import FloatArray, Parameter, ParameterSet
 from footcal_cli.core.simulation.hexapod_logs import (
     HangPlan,
     PosePlan,
-    hang_log,
     offset_values,
-    pose_log,
+    simulated_hang_log,
+    simulated_pose_log,
 )
-from footcal_cli.core.simulation.noise import Noise
+from footcal_cli.core.simulation.noise import SimulatedNoise
 from footcal_cli.core.simulation.robots import Hexapod
 from footcal_cli.intake.cases.pose import pose_blocks
 
@@ -37,11 +37,11 @@ ROUNDS = 3
 FORCE_SD_N, TORQUE_SD_NM = 0.04, 0.0024
 HUNG = HangPlan(
     cycles=4, cycle_s=10.0, rate_hz=2.4,
-    force_noise=Noise(white=FORCE_SD_N), torque_noise=Noise(white=TORQUE_SD_NM),
+    force_noise=SimulatedNoise(white=FORCE_SD_N), torque_noise=SimulatedNoise(white=TORQUE_SD_NM),
 )  # fmt: skip
 STOOD = PosePlan(
     poses=60, tripods=60, friction_n=3.0, uneven=0.5, tilt_rad=0.1,
-    force_noise=Noise(white=FORCE_SD_N), torque_noise=Noise(white=TORQUE_SD_NM),
+    force_noise=SimulatedNoise(white=FORCE_SD_N), torque_noise=SimulatedNoise(white=TORQUE_SD_NM),
 )  # fmt: skip
 FAMILIES = ("white", "ar90", "ar98", "heteroscedastic", "block_gain_offset")
 
@@ -67,7 +67,7 @@ def hung_logs(
     for leg in LEGS:
         clock, parts = 0.0, []
         for turn in range(ROUNDS):
-            one = hang_log(ROBOT, leg, HUNG, chain, values, seed=1000 * seed + turn).log
+            one = simulated_hang_log(ROBOT, leg, HUNG, chain, values, seed=1000 * seed + turn).log
             one = replace(one, time_s=one.time_s + clock)
             clock = float(one.time_s[-1]) + 60.0
             warm = 22.0 + 3.0 * np.sin(one.time_s / 300.0 + turn)
@@ -141,7 +141,7 @@ def hang_case(logs: Mapping[str, list[Log]], tolerance_n: float = 0.02) -> Case:
     return Case(
         experiment=hang.EXPERIMENT, logs=joined, chain=chain, values=values,
         calibration=ParameterSet(tuple(free)), tolerance_n=tolerance_n,
-        tolerance_nm=0.06 * tolerance_n, alike=False, shared_blocks=True, settings="hanging",
+        tolerance_nm=0.06 * tolerance_n, alike=False, shared_blocks=True, setting_key="hanging",
     )  # fmt: skip
 
 
@@ -151,7 +151,7 @@ def pose_case(
 ) -> Case:  # fmt: skip
     """Poses on a robot whose offsets (and mounting, where `mounted`) are calibrated."""
     plan = replace(STOOD, poses=poses // 2, tripods=poses - poses // 2)
-    log = pose_log(ROBOT, plan, chain, values, seed=seed).log
+    log = simulated_pose_log(ROBOT, plan, chain, values, seed=seed).log
     order = np.random.default_rng([78, seed]).permutation(poses)
     log = replace(
         log, readings=log.readings[order], known={k: v[order] for k, v in log.known.items()},

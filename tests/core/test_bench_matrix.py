@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footcal_cli.core.bench.changes import find_changes
+from footcal_cli.core.bench.changes import find_parameter_changes
 from footcal_cli.core.bench.matrix import fit_matrix, study_matrix
 from footcal_cli.core.experiments.weights import balance
 from footcal_cli.core.log import Log
@@ -98,7 +98,7 @@ def test_changes_are_counted_in_units_of_their_sd() -> None:
         np.array([1.0, 1.0, 2.2, 1.0]), np.diag([0.01, 0.1, 0.1, 0.1]) ** 2,
         (Status.ESTIMATED,) * 4,
     )  # fmt: skip
-    first, second = find_changes(now, before)
+    first, second = find_parameter_changes(now, before)
     assert (first.name, second.name) == ("left_rr.bias", "left_rr.scale")
     assert second.in_earlier_sd == pytest.approx(-3.1)
     assert second.in_joint_sd == pytest.approx(-3.1 / np.sqrt(2))
@@ -114,7 +114,7 @@ def test_shifts_by_chance_are_not_called_changes() -> None:
         old, new = 1.0 + 0.01 * rng.normal(size=8), 1.0 + 0.02 * rng.normal(size=8)
         now = Estimates(names, ("N/count",) * 8, new, np.eye(8) * 4e-4, (Status.ESTIMATED,) * 8)
         before = replace(now, values=old, covariance=np.eye(8) * 1e-4)
-        alarms += any(change.p_value < 0.05 for change in find_changes(now, before))
+        alarms += any(change.p_value < 0.05 for change in find_parameter_changes(now, before))
     assert alarms / 400 == pytest.approx(0.05, abs=0.025)
 
 

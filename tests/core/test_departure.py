@@ -21,7 +21,6 @@ def problem(bias: float, known_sd: float | None) -> Problem:
     return Problem(
         residual=bias + rng.normal(size=ROWS),
         calibration=np.stack([np.ones(ROWS), load], axis=1),
-        calibration_names=("zero", "gain"),
         columns=np.empty((ROWS, 0)),
         signatures=(),
         block=block,

@@ -54,7 +54,6 @@ def posed(seed: int, hidden: str) -> tuple[Problem, FloatArray, FloatArray]:
     problem = Problem(
         residual=1.3 * shape + rng.normal(size=force.size),
         calibration=np.hstack([np.eye(OUTPUTS)[output], rng.normal(size=(force.size, 1))]),
-        calibration_names=tuple(f"direction {i}" for i in range(OUTPUTS + 1)),
         columns=np.empty((force.size, 0)),
         signatures=(),
         block=np.repeat(np.arange(POSES) * BLOCKS // POSES, OUTPUTS),

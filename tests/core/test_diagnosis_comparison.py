@@ -261,7 +261,7 @@ def test_positions_of_its_own_in_every_cell_are_no_proof() -> None:
     """They would copy every linear mixture of the readings in the moments."""
     case = weights_case(14, None)
     rows = rows_of(case)
-    subject = Subject(case, rows, problem_from(case, rows, (), describe), TABLE, describe)
+    subject = Subject(case, problem_from(case, rows, (), describe), TABLE, describe)
     best = tried("cell_position", 1.0, 0.4)
     noise = subject.problem.law
     chosen, fitted, _ = _where(subject, [], None, best, noise, SIGNS, Rules())
@@ -284,7 +284,7 @@ def test_where_the_best_does_not_stand_its_refit_the_next_best_is_tried(
     """Its p is that of the family with the one that failed."""
     first = found_bent
     assert {f.cause.signature.effect for f in first.found} == {"nonlinearity"}
-    monkeypatch.setattr(growth, "_is_something", lambda c, *_: c.signature.effect != "nonlinearity")
+    monkeypatch.setattr(growth, "is_something", lambda c, *_: c.signature.effect != "nonlinearity")
     second = investigate(bent, CURVES, describe)
     (tried,) = second.rounds[0].causes
     assert tried.signature.effect != "nonlinearity"
@@ -297,7 +297,7 @@ def test_where_the_best_does_not_stand_its_refit_the_next_best_is_tried(
 
 def test_a_size_at_an_end_of_its_range_ends_the_search(bent: Case) -> None:
     rows = rows_of(bent)
-    subject = Subject(bent, rows, problem_from(bent, rows, CURVES.values(), describe),
+    subject = Subject(bent, problem_from(bent, rows, CURVES.values(), describe),
                       CURVES, describe)  # fmt: skip
     cause = cause_of(
         next(s for s in subject.problem.signatures

@@ -31,7 +31,7 @@ def test_a_dead_zone_and_the_hinge_that_equals_it_lose_alike() -> None:
     case = weights_case(11, hidden)
     rows = rows_of(case)
     problem = problem_from(case, rows, CURVES.values(), describe)
-    subject = Subject(case, rows, problem, CURVES, describe)
+    subject = Subject(case, problem, CURVES, describe)
     losses, noise = [], None
     for effect, shape in (("hinge", "hinge_load"), ("dead_zone", "dead_zone_width")):
         signature = next(

@@ -35,7 +35,6 @@ def standing(signals: dict[str, FloatArray], residual: FloatArray) -> Problem:
     return Problem(
         residual=residual,
         calibration=np.hstack([np.eye(3)[output], load]),
-        calibration_names=tuple(f"direction {i}" for i in range(6)),
         columns=np.empty((residual.size, 0)),
         signatures=(),
         block=block,

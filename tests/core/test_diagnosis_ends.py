@@ -40,7 +40,7 @@ def judged(seed: int, sizes: tuple[float, ...]) -> tuple[Unnamed, float]:
     residual = columns @ np.array(sizes) + rng.normal(size=m)
     block = np.repeat(np.arange(BLOCKS), ROWS)
     problem = Problem(
-        residual=residual, calibration=np.ones((m, 1)), calibration_names=("offset",),
+        residual=residual, calibration=np.ones((m, 1)),
         columns=np.empty((m, 0)), signatures=(), block=block,
         output=np.zeros(m, dtype=np.int64), sequence=block, outputs=("fz",), units=("N",),
         noise=np.ones(m), tolerance=np.ones(1), rate_hz=20.0, accepted=columns,

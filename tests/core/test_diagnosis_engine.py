@@ -208,7 +208,6 @@ def test_what_matters_does_not_grow_with_the_effect_that_is_there() -> None:
     clean = Problem(
         residual=rng.normal(size=2 * rows),
         calibration=np.concatenate([load, load])[:, None],  # one gain, seen by both outputs
-        calibration_names=("gain",),
         columns=np.concatenate([np.zeros(rows), bent])[:, None],
         signatures=(Signature("bent", "size", "all", "-"),),
         block=np.tile(np.arange(rows) // 40, 2),

@@ -12,8 +12,9 @@ import pytest
 from footcal_cli.core.diagnosis import growth
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.gain import losses
-from footcal_cli.core.diagnosis.growth import _is_something, grown_by_one
+from footcal_cli.core.diagnosis.growth import grown_by_one
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.sized import is_something
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.evidence import Interval
@@ -32,7 +33,6 @@ def problem_of(residual: FloatArray, accepted: FloatArray | None = None) -> Prob
     return Problem(
         residual=residual,
         calibration=np.ones((residual.size, 1)),
-        calibration_names=("bias",),
         columns=np.empty((residual.size, 0)),
         signatures=(),
         block=index,
@@ -81,7 +81,7 @@ def stands(values: FloatArray, apart: FloatArray) -> bool:
     one = Interval(0.01, 0.0, 0.02)
     signature = Signature("cross_coupling", SIZE.name, "fl", "-", owners=(("fl", ("fl",)),))
     cause = Cause(signature, one, 0.001, one, 9, 0.0, (), ())
-    return _is_something(cause, TABLE["cross_coupling"], cast("Refit", model))
+    return is_something(cause, TABLE["cross_coupling"], cast("Refit", model))
 
 
 def drawn(rng: np.random.Generator, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:

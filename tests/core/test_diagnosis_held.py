@@ -46,7 +46,7 @@ def test_what_is_held_has_its_prior_and_all_blocks_share_it() -> None:
     one_of = Signature("a", "a", "robot", "-")
     problem = Problem(
         residual=residual, calibration=learning[:, None].astype(float),
-        calibration_names=("bias",), columns=one[:, None],
+        columns=one[:, None],
         signatures=(one_of,), block=block,
         output=np.zeros(m, dtype=np.int64), sequence=block, outputs=("f",), units=("N",),
         noise=np.ones(m), tolerance=np.ones(1), rate_hz=20.0, drifts=True,

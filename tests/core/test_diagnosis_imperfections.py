@@ -48,7 +48,6 @@ def late_by(seconds: float) -> tuple[Problem, np.ndarray, list[Signature]]:
     problem = Problem(
         residual=gait(seconds) - gait(0.0) + 0.2 * rng.standard_normal(block.size),
         calibration=np.ones((block.size, 1)),
-        calibration_names=("bias",),
         columns=columns,
         signatures=(signature,) * len(FAR_S),
         block=block,

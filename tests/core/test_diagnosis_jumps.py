@@ -28,7 +28,6 @@ def walking(values: FloatArray, least: float = 0.0) -> Problem:
     return Problem(
         residual=residual,
         calibration=np.eye(CELLS)[channel],
-        calibration_names=tuple(f"offset {c}" for c in range(CELLS)),
         columns=np.empty((residual.size, 0)),
         signatures=(),
         block=zeros,

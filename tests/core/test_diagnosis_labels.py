@@ -90,7 +90,7 @@ def test_a_gain_that_no_calibration_may_have_moved_by_is_far_above_the_floor() -
         case = _case(gain=gain)
         rows = rows_of(case)
         problem = problem_from(case, rows, (), describe)
-        return times_floor(case, rows, problem)
+        return times_floor(case, problem)
 
     assert times(1.0) < 2.0
     assert times(1.5) > MOST

@@ -70,7 +70,7 @@ def test_levels_of_one_leg_that_drift_are_a_residual_whatever_law_takes_them_up(
         logs = drifting(hung_logs(5, *distorting("", "", {})), "mr", 2, rate_n_s)
         case = hang_case(logs, tolerance_n=0.05)
         rows = rows_of(case)
-        return times_floor(case, rows, problem_from(case, rows, (), describe))
+        return times_floor(case, problem_from(case, rows, (), describe))
 
     assert times(0.0) < 2.5
     assert times(2e-3) > MOST
@@ -90,7 +90,7 @@ def test_spells_of_one_leg_are_a_residual_however_large_they_make_its_noise() ->
         fl = [with_spells(log, size_n) for log in logs["fl"]]
         case = hang_case({**logs, "fl": fl}, tolerance_n=0.05)
         rows = rows_of(case)
-        return times_floor(case, rows, problem_from(case, rows, (), describe))
+        return times_floor(case, problem_from(case, rows, (), describe))
 
     assert times(0.0) < 2.5
     assert times(3.0) > MOST
@@ -183,7 +183,7 @@ def test_a_step_is_found_at_its_row_between_the_times_that_are_tried() -> None:
     case = hang_case(logs)
     rows, effect = rows_of(case), TABLE["offset_change"]
     problem = problem_from(case, rows, [effect], describe)
-    subject = Subject(case, rows, problem, {"offset_change": effect}, describe)
+    subject = Subject(case, problem, {"offset_change": effect}, describe)
     fl = next(log for log in case.logs if log.channels[0].startswith("fl"))
     since = fl.time_s - fl.time_s[0]
     true = int(0.43 * len(fl))

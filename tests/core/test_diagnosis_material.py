@@ -24,7 +24,7 @@ def _walk(size: float, seed: int) -> Problem:
     block = np.repeat(np.arange(BLOCKS), ROWS)
     return Problem(
         residual=size * np.sqrt(2.0) * np.sin(2.0 * np.pi * phase) + noise,
-        calibration=np.empty((n, 0)), calibration_names=(),
+        calibration=np.empty((n, 0)),
         columns=np.empty((n, 0)), signatures=(),
         block=block, output=np.zeros(n, dtype=np.int64), sequence=block,
         outputs=("fz",), units=("N",), noise=np.ones(n), tolerance=np.array([0.1]),

@@ -103,7 +103,7 @@ def test_whichever_of_two_it_begins_with_both_are_named(first: int) -> None:
     table = {name: TABLE[name] for name in ("nonlinearity", "hysteresis", "creep")}
     rows = rows_of(case)
     problem = problem_from(case, rows, table.values(), describe)
-    subject = Subject(case, rows, problem, table, describe)
+    subject = Subject(case, problem, table, describe)
     path = beginning(problem, RULES, 0)
     pair = likely_pairs(path.rounds[0].library, RULES)[0]
     both = together(subject, path, pair[first], 0)

@@ -19,7 +19,7 @@ from footcal_cli.core.inference.settings import (
     within_settings,
 )
 from footcal_cli.core.inference.settled import settled
-from footcal_cli.core.inference.shapes import times_of
+from footcal_cli.core.inference.shapes import possible_times
 from footcal_cli.core.inference.whitening import fit_row_whitener
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -121,7 +121,7 @@ def test_a_step_is_looked_for_in_pauses_and_between() -> None:
     time_s = 1000.0 + np.concatenate([spell, spell + 160.0])
     rows = time_s.size
     log = Log("hang", ("fl.fx",), time_s, np.zeros((rows, 1)), {}, np.zeros(rows, dtype=np.int64))
-    times = times_of(log, (0.25, 0.499, 0.75))
+    times = possible_times(log, (0.25, 0.499, 0.75))
     np.testing.assert_allclose(times, [50.0, 160.0, 210.0])
 
 
@@ -155,7 +155,6 @@ def hung(seed: int, size: float) -> Problem:
     return Problem(
         residual=residual,
         calibration=own,
-        calibration_names=tuple(f"offset {i}" for i in range(own.shape[1])),
         columns=columns,
         signatures=(Signature("", "", "", ""),) * columns.shape[1],
         block=turn,

@@ -35,7 +35,6 @@ def _problem(residual: FloatArray, block: IntArray, output: IntArray, rate_hz: f
     return Problem(
         residual=residual,
         calibration=np.ones((residual.size, 1)),
-        calibration_names=("offset",),
         columns=np.empty((residual.size, 0)),
         signatures=(),
         block=block,

@@ -51,7 +51,6 @@ def standing(seed: int, size: float = 0.0, *, shared: float = 0.0) -> Problem:
     return Problem(
         residual=columns @ np.array([size, shared]) + noise,
         calibration=np.hstack([unit, unit * load[:, None]]),
-        calibration_names=tuple(f"direction {i}" for i in range(2 * OUTPUTS)),
         columns=columns,
         signatures=(Signature("bent", "size", "all", "-"), Signature("step", "size", "all", "-")),
         block=block,

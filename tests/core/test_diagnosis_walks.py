@@ -38,7 +38,7 @@ def problem_of(
     m = BLOCKS * ROWS
     block = np.repeat(np.arange(BLOCKS), ROWS)
     return Problem(
-        residual=residual_, calibration=np.ones((m, 1)), calibration_names=("offset",),
+        residual=residual_, calibration=np.ones((m, 1)),
         columns=columns, signatures=signatures, block=block, output=np.zeros(m, dtype=np.int64),
         sequence=block, outputs=("f",), units=("N",), noise=np.ones(m), tolerance=np.ones(1),
         rate_hz=20.0,

@@ -11,7 +11,7 @@ from footcal_cli.core.checks.intermittent import (
     find_spells,
     is_loose,
     spells_of,
-    steps_of,
+    steps_of_axes,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -64,7 +64,7 @@ def test_a_coarse_converter_that_flickers_between_three_values_has_no_loose_cont
         np.round((side * np.full((N, 6), 200.0) + rng.normal(0.0, 0.2, (N, 6))) / 0.7) * 0.7
         for side in (-1.0, 1.0)
     ]
-    steps = steps_of(np.concatenate(hung))
+    steps = steps_of_axes(np.concatenate(hung))
     np.testing.assert_allclose(steps, 0.7)
     assert not any(spells_of(one, None, steps).any() for one in hung)
     away = lost(rng, 8)

@@ -19,7 +19,13 @@ from footcal_cli.core.experiments import stand
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.biped_logs import Course, StandPlan, Streams, biped_logs, standing
+from footcal_cli.core.simulation.biped_logs import (
+    Course,
+    StandPlan,
+    Streams,
+    biped_logs,
+    standing_motion,
+)
 from footcal_cli.core.simulation.robots import Biped
 from footcal_cli.errors import UsageError
 from footcal_cli.sheets.diagnosis.experiment import experiment_record
@@ -154,8 +160,8 @@ def test_toes_turned_out_and_in_tell_them_while_standing_too() -> None:
 def _standing_ahead(rig: Rig) -> tuple[Log, ...]:
     plan = StandPlan(stances=24, stance_s=4.0, sway_m=0.0, replaced=False)
     done = biped_logs(
-        Course("stand", rig.biped, standing(rig.biped, plan, 0), plan.duration_s), Chain(()), {},
-        seed=0, streams=Streams(cell_rate_hz=2.0), to_counts=False,
+        Course("stand", rig.biped, standing_motion(rig.biped, plan, 0), plan.duration_s),
+        Chain(()), {}, seed=0, streams=Streams(cell_rate_hz=2.0), to_counts=False,
     )  # fmt: skip
     return (done.cells.truth,)
 

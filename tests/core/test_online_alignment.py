@@ -11,8 +11,8 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.memory import (
     MemoryOptions,
     begun_delay_s,
-    rows_of,
     step_band_hz,
+    walk_rows,
     within_band,
 )
 from footcal_cli.core.online.reference_states import advanced
@@ -39,7 +39,7 @@ def test_band_limited_rows_stay_exact_and_forget_what_is_above_the_step(
     made: tuple[Recording, Log],
 ) -> None:
     recording, log = made
-    rows = rows_of(log, belief_of(recording), MemoryOptions())
+    rows = walk_rows(log, belief_of(recording), MemoryOptions())
     band = step_band_hz(log)
     assert band == pytest.approx(2.4 / 1.2, rel=0.03)  # a step of 0.6 s, two to a cycle
     ripple = np.zeros_like(rows.error)

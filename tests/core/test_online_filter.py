@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.online.evidence import check_consistency
-from footcal_cli.core.online.filter import Guards, Noise, run_filter, run_settings
+from footcal_cli.core.online.filter import Guards, WalkNoise, run_filter, run_settings
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import learn_noise
 from footcal_cli.core.parameters import FloatArray
 
 OPEN = Guards(huber=np.inf, least_gain_nats=-1.0, jump_threshold=np.inf)
-NOISE = Noise(
+NOISE = WalkNoise(
     force_n=0.2,
     moment_nm=0.03,
     force_slow_n=1e-9,
@@ -25,14 +25,14 @@ NOISE = Noise(
 )
 
 
-def row_sd(noise: Noise) -> FloatArray:
+def row_sd(noise: WalkNoise) -> FloatArray:
     return np.array(
         [float(noise.force_n)] + [float(noise.moment_nm)] * 2 + [float(noise.swing_n)] * 2
     )
 
 
 def toy_rows(
-    seed: int, u: int = 120, noise: Noise = NOISE, wander: float = 1.0
+    seed: int, u: int = 120, noise: WalkNoise = NOISE, wander: float = 1.0
 ) -> tuple[Rows, FloatArray]:
     """Rows of two cells that are what a filter believes of them, and the true unknowns (u, p)."""
     rng = np.random.default_rng(seed)
@@ -68,7 +68,7 @@ def toy_rows(
     return rows, truth
 
 
-def dense_posterior(rows: Rows, noise: Noise, last: int) -> tuple[FloatArray, FloatArray]:
+def dense_posterior(rows: Rows, noise: WalkNoise, last: int) -> tuple[FloatArray, FloatArray]:
     """Means (u, p) and variances (u, p) of all states given rows 0..last, as one linear system."""
     u, p = last + 1, len(rows.names)
     walk = np.array([float(noise.gain_walk)] * 2 + [float(noise.bias_walk_n)] * 2) / rows.prior_sd
@@ -123,9 +123,9 @@ def test_many_settings_in_one_pass_are_the_single_runs() -> None:
     rows, _ = toy_rows(4)
     slow = replace(NOISE, force_slow_n=0.1, moment_slow_nm=0.02, swing_slow_n=0.03)
     stacked = np.stack([slow.stacked()[0], slow.stacked()[0] * 1.7])
-    likelihood, values, _ = run_settings(rows, Noise.of(stacked), OPEN)
+    likelihood, values, _ = run_settings(rows, WalkNoise.of(stacked), OPEN)
     for b, single in enumerate(stacked):
-        track = run_filter(rows, Noise.of(single), OPEN)
+        track = run_filter(rows, WalkNoise.of(single), OPEN)
         assert likelihood[b] == pytest.approx(track.log_likelihood, rel=1e-9)
         np.testing.assert_allclose(values[:, b], track.values, rtol=1e-7, atol=1e-10)
 

@@ -12,14 +12,14 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online import smoother
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.compiled import kalman_loops
-from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter, run_settings
+from footcal_cli.core.online.filter import Guards, Track, WalkNoise, run_filter, run_settings
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.study.window import Weights, run_window, run_window_fast, window_loops
 from tests.core.walk_data import Errors, make_walk, record
 from tests.core.walking import belief_of, walk_log
 
-NOISE = Noise(swing_fixed_n=0.07)
+NOISE = WalkNoise(swing_fixed_n=0.07)
 needs_compiler = pytest.mark.skipif(kalman_loops() is None, reason="numba is not installed")
 
 
@@ -83,7 +83,7 @@ def test_smoothing_by_stretches_is_smoothing_the_whole(
 
 @needs_compiler
 def test_compiled_settings_are_the_array_settings(rows: Rows) -> None:
-    many = Noise.of(NOISE.stacked() * np.geomspace(0.3, 3.0, 7)[:, None])
+    many = WalkNoise.of(NOISE.stacked() * np.geomspace(0.3, 3.0, 7)[:, None])
     one, other = run_settings(rows, many, fast=False), run_settings(rows, many)
     np.testing.assert_allclose(one[0], other[0], atol=1e-8)
     np.testing.assert_allclose(one[1], other[1], atol=1e-10 * np.abs(one[1]).max())

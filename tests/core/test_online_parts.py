@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from footcal_cli.core.online.comparison import Comparison, Settings, compare
+from footcal_cli.core.online.comparison import ReplayedWalk, ReplaySettings, compare
 from footcal_cli.core.online.filter import Guards, Track
 from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.merging import merge_cells
-from footcal_cli.core.online.parts import Part, Walk
+from footcal_cli.core.online.parts import WalkInParts, WalkPart
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from tests.core.walk_data import CELLS_FOOT, CHANNELS, Errors, G, Recording, make_walk, record
 from tests.core.walking import belief_of
@@ -22,7 +22,7 @@ ERRORS = Errors(
     jumps=((2, 19.8, 2.0),),
 )  # fmt: skip
 OPTIONS = MemoryOptions(learnt=(), align=False, plate=False, guards=Guards(jump_threshold=20.0))
-SETTINGS = Settings(memory=OPTIONS)
+SETTINGS = ReplaySettings(memory=OPTIONS)
 PART, BEFORE, AHEAD = 800, 400, 1200
 """Samples: 10 s with 5 s before and 15 s ahead."""
 
@@ -38,12 +38,12 @@ def merged_of(rec: Recording) -> Merged:
     return merge_cells(sensors, body, belief_of(rec), cells, rec.mass, G, rule=rule)
 
 
-def parts_of(merged: Merged) -> Iterator[Part]:
+def parts_of(merged: Merged) -> Iterator[WalkPart]:
     n = len(merged.log)
     for start in range(0, n, PART):
         stop = min(start + PART, n)
         first = max(start - BEFORE, 0)
-        yield Part(merged.part(first, min(stop + AHEAD, n)), start - first, stop - first)
+        yield WalkPart(merged.part(first, min(stop + AHEAD, n)), start - first, stop - first)
 
 
 @pytest.fixture(scope="module")
@@ -52,20 +52,20 @@ def recording() -> Recording:
 
 
 @pytest.fixture(scope="module")
-def whole(recording: Recording) -> Comparison:
+def whole(recording: Recording) -> ReplayedWalk:
     rng = np.random.default_rng(0)
     return compare(merged_of(recording), belief_of(recording), SETTINGS, rng=rng)
 
 
 @pytest.fixture(scope="module")
-def in_parts(recording: Recording) -> tuple[list[Comparison], Comparison]:
+def in_parts(recording: Recording) -> tuple[list[ReplayedWalk], ReplayedWalk]:
     parts = list(parts_of(merged_of(recording)))
-    walk = Walk(belief_of(recording), SETTINGS, parts[0])
+    walk = WalkInParts(belief_of(recording), SETTINGS, parts[0])
     found = [walk.take(part) for part in parts]
     return found, walk.finish(np.random.default_rng(0))
 
 
-def joined(found: list[Comparison], inflated: bool = False) -> Track:
+def joined(found: list[ReplayedWalk], inflated: bool = False) -> Track:
     """Tracks of the parts, each without the update that it took over from the one before."""
     tracks = []
     for k, part in enumerate(found):
@@ -79,7 +79,7 @@ def joined(found: list[Comparison], inflated: bool = False) -> Track:
 
 
 def test_the_filter_in_parts_is_the_filter_over_the_whole_walk(
-    in_parts: tuple[list[Comparison], Comparison], whole: Comparison
+    in_parts: tuple[list[ReplayedWalk], ReplayedWalk], whole: ReplayedWalk
 ) -> None:
     found, end = in_parts
     track, one = joined(found), whole.memory.track
@@ -101,7 +101,7 @@ def test_the_filter_in_parts_is_the_filter_over_the_whole_walk(
 
 
 def test_samples_errors_and_reasons_add_up_to_those_of_the_whole(
-    in_parts: tuple[list[Comparison], Comparison], whole: Comparison
+    in_parts: tuple[list[ReplayedWalk], ReplayedWalk], whole: ReplayedWalk
 ) -> None:
     found, end = in_parts
     forces = np.concatenate([part.replayed["memory"].forces_n for part in found])
@@ -123,7 +123,7 @@ def test_samples_errors_and_reasons_add_up_to_those_of_the_whole(
 
 
 def test_the_smoother_of_a_part_knows_nearly_what_the_whole_walk_knows(
-    in_parts: tuple[list[Comparison], Comparison], whole: Comparison
+    in_parts: tuple[list[ReplayedWalk], ReplayedWalk], whole: ReplayedWalk
 ) -> None:
     found, _ = in_parts
     back = [part.memory.smoothed.chosen(slice(1 if k else 0, None)) for k, part in enumerate(found)]

@@ -16,7 +16,7 @@ from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.memory import believed, run_memory
-from footcal_cli.core.online.noise import Guards, Noise
+from footcal_cli.core.online.noise import Guards, WalkNoise
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.parameters import FloatArray
 from tests.core.walk_data import Errors, make_standing, make_walk, record
@@ -193,7 +193,7 @@ def test_an_offset_of_the_com_stays_unless_it_would_stand_for_an_unknown_momentu
     log = walk_log(recording)
     still = log.with_known(angmom_rate_nm=np.zeros_like(log.known["angmom_rate_nm"]))
     kept = [
-        believed(cell_rows(one, belief_of(recording)), Noise(), Guards(), repeated=10.0).names
+        believed(cell_rows(one, belief_of(recording)), WalkNoise(), Guards(), repeated=10.0).names
         for one in (log, still)
     ]
     assert ["robot.com_correction_y" in names for names in kept] == [True, False]

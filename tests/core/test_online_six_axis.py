@@ -22,7 +22,7 @@ from footcal_cli.core.online.six_axis import (
 from footcal_cli.core.online.six_axis_replay import replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import acceleration_of, check_clock
+from footcal_cli.core.signals import acceleration_of, clock_of
 from footcal_cli.sheets.six_axis_walk import scales_gone, verdict_of
 from tests.core.walk_data import G, make_walk
 
@@ -83,7 +83,7 @@ def six_axis_walk(seed: int, noise_n: float = 0.0) -> tuple[Log, FloatArray]:
 
 
 def as_merged(log: Log) -> Merged:
-    clock = check_clock(log.time_s)
+    clock = clock_of(log.time_s)
     return Merged(log, log.readings, judge({}, len(log)), clock, clock, 50.0, None, None)
 
 

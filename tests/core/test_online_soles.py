@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.filter import Guards, Noise, run_filter
+from footcal_cli.core.online.filter import Guards, WalkNoise, run_filter
 from footcal_cli.core.online.memory import within_band
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.smoother import run_smoother
@@ -16,7 +16,7 @@ from footcal_cli.core.online.tuning import learn_noise
 OPEN = Guards(huber=np.inf, least_gain_nats=-1.0, jump_threshold=np.inf)
 STEP_S, STANCE, SWING = 0.05, 12, 8
 SOLE_M, LOAD_N, ARM_M = 1e-3, 50.0, 0.03
-NOISE = Noise(
+NOISE = WalkNoise(
     force_n=0.1, moment_nm=1e-4, force_slow_n=1e-9, moment_slow_nm=1e-9, swing_n=0.1,
     swing_slow_n=0.0, gain_walk=1e-9, bias_walk_n=1e-9, sole_m=SOLE_M,
 )  # fmt: skip

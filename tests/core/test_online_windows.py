@@ -10,7 +10,7 @@ import pytest
 from footcal_cli.core.experiments import walk as walking
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.comparison import Settings, compare
+from footcal_cli.core.online.comparison import ReplaySettings, compare
 from footcal_cli.core.online.evidence import rms
 from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.merging import merge_cells
@@ -78,7 +78,7 @@ def test_the_smallest_force_reaches_every_cop(made: Recording) -> None:
         SensorStream(made.cell_time, made.counts, CHANNELS), body, belief, (CELLS_FOOT,) * 2,
         made.mass, G, rule=rule,
     )  # fmt: skip
-    settings = Settings(memory=MemoryOptions(learnt=(), align=False), min_force_n=least_n)
+    settings = ReplaySettings(memory=MemoryOptions(learnt=(), align=False), min_force_n=least_n)
     rule_of_window = WindowRule(min_force_n=least_n)
     papers = PaperMethods.run(merged.log, belief, BOTH, rule_of_window, GivenWeights())
     rng = np.random.default_rng(0)

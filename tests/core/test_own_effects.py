@@ -7,7 +7,7 @@ import pytest
 
 from footcal_cli.core.effects.contract import Effect, Scope, Stage
 from footcal_cli.core.effects.formula import FormulaError, formula_of
-from footcal_cli.core.effects.own import OwnRow, OwnShape, own_effect
+from footcal_cli.core.effects.own import FormulaShape, OwnRow, own_effect
 from footcal_cli.core.effects.promises import promises_of
 from footcal_cli.core.log import Log
 from tests.contract.logs import cell_log, difference, six_axis_log
@@ -51,7 +51,7 @@ def row(adds: str, **more: object) -> OwnRow:
 
 
 ROWS = [
-    row("k * load * exp(-load / w)", shapes=(OwnShape("w", "N", (2.0, 4.0)),)),
+    row("k * load * exp(-load / w)", shapes=(FormulaShape("w", "N", (2.0, 4.0)),)),
     row("k * shear * load"), row("k * cop_x * load", per=Scope.FOOT), row("k * temperature"),
     row("k * time * load / 30", per=Scope.ROBOT), row("k * (foot_load - load)"),
     row("k * shear_x * sin(phase)", experiments=("hang",), per=Scope.LEG),

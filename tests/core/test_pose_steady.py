@@ -10,7 +10,7 @@ import pytest
 
 from footcal_cli.core.pose.steady import (
     SteadyRule,
-    Verdict,
+    StretchVerdict,
     force_rate_nps,
     medians,
     steady_stretches,
@@ -47,12 +47,12 @@ def test_derivative_of_a_ramp_is_its_slope() -> None:
 def test_keeps_holds_and_says_why_the_rest_goes() -> None:
     time_s, force = staircase([3.0, 1.0, 2.5, 4.0], noise_n=0.01)
     stretches = steady_stretches(time_s, force)
-    still = [s for s in stretches if s.verdict is not Verdict.MOVING]
+    still = [s for s in stretches if s.verdict is not StretchVerdict.MOVING]
     assert [s.verdict for s in still] == [
-        Verdict.KEPT,
-        Verdict.TOO_SHORT,
-        Verdict.KEPT,
-        Verdict.KEPT,
+        StretchVerdict.KEPT,
+        StretchVerdict.TOO_SHORT,
+        StretchVerdict.KEPT,
+        StretchVerdict.KEPT,
     ]
     assert stretches[0].start == 0
     assert stretches[-1].stop == time_s.size
@@ -84,7 +84,7 @@ def test_median_represents_the_pose_and_ignores_a_spike() -> None:
 def test_noisy_sensors_need_a_longer_window() -> None:
     time_s, force = staircase([4.0, 4.0], noise_n=0.3)
     kept = [
-        sum(s.verdict is Verdict.KEPT for s in steady_stretches(time_s, force, rule))
+        sum(s.verdict is StretchVerdict.KEPT for s in steady_stretches(time_s, force, rule))
         for rule in (SteadyRule(window_s=0.2), SteadyRule(window_s=1.2))
     ]
     assert kept == [0, 2]

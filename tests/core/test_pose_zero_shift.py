@@ -91,7 +91,7 @@ def test_the_interval_allows_for_what_hanging_knows_and_all_poses_share() -> Non
         signature = shifted_axis(problem, leg, AXES[axis])
         assert of_calibration(problem, [signature])
         start = {f"{leg}.{p.name}": 0.0 for p in effect.parameters}
-        model = refit(case, rows, problem, [(effect, signature)], start)
+        model = refit(case, problem, [(effect, signature)], start)
         at = model.names.index(f"{leg}.zero_shift_{AXES[axis]}")
         sd = (model.intervals[at].high - model.intervals[at].low) / 4.0
         errors.append((model.values[model.names[at]] - size) / sd)

@@ -9,7 +9,7 @@ from footcal_cli.core.fleet import Sessions, study
 from footcal_cli.core.inference.repeated import (
     components_of,
     find_changes,
-    level_of,
+    level_of_sessions,
     outlying,
     segments_of,
     trend_of,
@@ -57,7 +57,7 @@ def test_levels_cover_the_truth_with_and_without_spread() -> None:
         error = []
         for _ in range(300):
             sd = rng.uniform(0.5, 1.5, 10)
-            level = level_of(rng.normal(3.0, np.hypot(sd, tau)), sd)
+            level = level_of_sessions(rng.normal(3.0, np.hypot(sd, tau)), sd)
             error.append((level.value - 3.0) / level.sd)
         # Student's t on 9 dof has sd 1.13; the claimed sd is a floor, which makes it smaller
         assert 0.8 < np.std(error) < 1.25

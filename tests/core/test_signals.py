@@ -11,7 +11,7 @@ from footcal_cli.core.contact import (
 )
 from footcal_cli.core.signals import (
     autocorrelation_time,
-    check_clock,
+    clock_of,
     interpolate_stream,
     low_pass,
     low_pass_stretches,
@@ -21,7 +21,7 @@ from footcal_cli.core.signals import (
 
 def test_the_clock_counts_what_is_wrong_with_its_stamps() -> None:
     time = np.array([0.0, 0.1, 0.1, 0.2, 0.15, 0.3, 0.9, 1.0, 1.1])
-    clock = check_clock(time)
+    clock = clock_of(time)
     assert clock.keep.tolist() == [0, 1, 3, 5, 6, 7, 8]
     assert (clock.duplicates, clock.backward, clock.gaps, clock.missing) == (1, 1, 1, 5)
     assert clock.longest_gap_s == pytest.approx(0.6)

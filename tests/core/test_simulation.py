@@ -27,19 +27,19 @@ from footcal_cli.core.simulation.biped_logs import (
     StandPlan,
     Streams,
     biped_logs,
-    standing,
+    standing_motion,
 )
 from footcal_cli.core.simulation.forces import foot_cops, shares
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from footcal_cli.core.simulation.hexapod_logs import (
     HangPlan,
     PosePlan,
-    hang_log,
     offset_values,
     orientation_of,
-    pose_log,
+    simulated_hang_log,
+    simulated_pose_log,
 )
-from footcal_cli.core.simulation.noise import Noise, stream
+from footcal_cli.core.simulation.noise import SimulatedNoise, stream
 from footcal_cli.core.simulation.plans import Spread
 from footcal_cli.core.simulation.robots import TABLE_II_OFFSETS, Biped, Hexapod
 from footcal_cli.core.simulation.scenario import mounting
@@ -62,7 +62,7 @@ def walk_logs(plan: WalkPlan, seed: int = 1, streams: Streams | None = None) -> 
 
 
 def stand_logs(plan: StandPlan, seed: int) -> BipedLogs:
-    motion_at = standing(BIPED, plan, seed)
+    motion_at = standing_motion(BIPED, plan, seed)
     return biped_logs(
         Course("stand", BIPED, motion_at, plan.duration_s), CELLS, NAMEPLATE, seed=seed
     )
@@ -139,7 +139,7 @@ def test_weights_and_placements_carry_what_they_say() -> None:
 def test_a_hanging_leg_carries_its_weight_and_table_ii_is_the_truth() -> None:
     values = offset_values(HEXAPOD)
     for leg, offset in TABLE_II_OFFSETS.items():
-        done = hang_log(HEXAPOD, leg, HangPlan(cycles=2), OFFSETS, values, seed=3)
+        done = simulated_hang_log(HEXAPOD, leg, HangPlan(cycles=2), OFFSETS, values, seed=3)
         assert largest(hang.EXPERIMENT.balance, done.truth) == 0.0
         way = np.array(orientation_of(done.log, np.eye(3)))
         opposite = done.log.readings[way == "+z"].mean(axis=0) + done.log.readings[
@@ -149,7 +149,7 @@ def test_a_hanging_leg_carries_its_weight_and_table_ii_is_the_truth() -> None:
 
 
 def test_poses_balance_the_chassis_exactly_with_friction_inside() -> None:
-    done = pose_log(
+    done = simulated_pose_log(
         HEXAPOD, PosePlan(poses=60, tripods=20), OFFSETS, offset_values(HEXAPOD), seed=2
     )
     known, truth = done.truth.known, done.truth.readings.reshape(-1, 6, 2, 3)
@@ -181,7 +181,9 @@ def test_legs_of_any_name_and_number_stand_in_turn_across_the_body(
         legs={f"leg {k}": replace(one, position_m=(x, y, z)) for k, (x, y, z) in enumerate(hips)},
     )
     offsets = chain_of([link(TABLE["offset"], robot.channels)])
-    log = pose_log(robot, PosePlan(poses=0, tripods=8), offsets, offset_values(robot), seed=1).truth
+    log = simulated_pose_log(
+        robot, PosePlan(poses=0, tripods=8), offsets, offset_values(robot), seed=1
+    ).truth
     standing = log.known["contact"] > 0.5
     assert len(np.unique(standing, axis=0)) == sets
     assert np.all(standing.sum(axis=1) == on)
@@ -220,13 +222,13 @@ def test_noise_has_the_sizes_and_memory_it_says() -> None:
     rng = stream(5, "noise")
     t = np.arange(200_000) / 80.0
     block = np.zeros(len(t), dtype=int)
-    wandering = Noise(wandering=0.2, wandering_time_s=0.5).added(
+    wandering = SimulatedNoise(wandering=0.2, wandering_time_s=0.5).added(
         np.zeros((len(t), 2)), t, block, rng
     )
     assert wandering.std() == pytest.approx(0.2, rel=0.05)
     after_tau = np.mean(wandering[40:] * wandering[:-40]) / wandering.var()
     assert after_tau == pytest.approx(np.exp(-1.0), abs=0.03)
-    repeated = Noise(repeat_gain=0.01, repeat_offset=0.1).added(
+    repeated = SimulatedNoise(repeat_gain=0.01, repeat_offset=0.1).added(
         np.full((len(t), 2), 10.0), t, np.arange(len(t)) // 100, rng
     )
     means = repeated[::100]
@@ -284,7 +286,7 @@ def test_an_empty_chain_logs_newtons() -> None:
     plan = WalkPlan(duration_s=8.0)
     logs = biped_logs(
         Course("walk", BIPED, lambda t: walking(BIPED, plan, t), 8.0), Chain(()), {},
-        seed=1, streams=Streams(cell_noise=Noise()), to_counts=False,
+        seed=1, streams=Streams(cell_noise=SimulatedNoise()), to_counts=False,
     )  # fmt: skip
     np.testing.assert_array_equal(logs.cells.log.readings, logs.cells.truth.readings)
 
@@ -294,7 +296,7 @@ def test_hanging_residuals_have_several_peaks_without_tilt_and_one_with_it() -> 
     chain, values = mounting(HEXAPOD, Spread(), seed=4)
     several = 0
     for leg in HEXAPOD.legs:
-        log = hang_log(HEXAPOD, leg, HangPlan(cycles=2), chain, values, seed=4).log
+        log = simulated_hang_log(HEXAPOD, leg, HangPlan(cycles=2), chain, values, seed=4).log
         fits = fit_stepwise([log], naive=True), fit_hang([log])
         runs, _ = hang_runs([log])
         naive, joint = ([part[:, :3] for part in fit.residuals(runs)] for fit in fits)
@@ -308,7 +310,7 @@ def test_hanging_residuals_have_several_peaks_without_tilt_and_one_with_it() -> 
 def test_naive_taring_misses_the_balance_by_much_more_than_the_noise() -> None:
     """[Wu], Fig. 2: offsets tared in the air hold the legs' weight, whose torque then moves."""
     chain, values = mounting(HEXAPOD, Spread(), seed=4)
-    done = pose_log(HEXAPOD, PosePlan(poses=60), chain, values, seed=4)
+    done = simulated_pose_log(HEXAPOD, PosePlan(poses=60), chain, values, seed=4)
     calibrated, _ = chain.remove(done.log, values)
     exact = pose.EXPERIMENT.balance(calibrated).error
     legs = np.arange(6)

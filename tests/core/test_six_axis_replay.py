@@ -12,11 +12,11 @@ import pytest
 from footcal_cli.core.contact import flicker, judge
 from footcal_cli.core.log import Log
 from footcal_cli.core.online import six_axis_replay
-from footcal_cli.core.online.filter import Noise
+from footcal_cli.core.online.filter import WalkNoise
 from footcal_cli.core.online.six_axis_replay import GUARDS, SixAxisReplay, replay_six_axis
 from footcal_cli.core.online.streams import Merged
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import check_clock
+from footcal_cli.core.signals import clock_of
 from tests.core.ankle_walks import CHANNELS, ankle_walk
 from tests.core.walking import turned_world
 
@@ -30,7 +30,7 @@ class Walk:
 
     @property
     def merged(self) -> Merged:
-        log, clock = self.log, check_clock(self.log.time_s)
+        log, clock = self.log, clock_of(self.log.time_s)
         return Merged(log, log.readings, judge({}, len(log)), clock, clock, 50.0, None, None)
 
     def replayed(self, *, scales: bool = False, **options: object) -> SixAxisReplay:
@@ -180,7 +180,7 @@ def test_innovations_four_times_as_large_as_they_may_be_double_the_noise(
         six_axis_replay, "check_consistency",
         lambda _track: SimpleNamespace(ratio=next(ratios), high=1.2),
     )  # fmt: skip
-    noise = Noise()
+    noise = WalkNoise()
     larger, _, factor = six_axis_replay._consistent(cast(Any, None), noise, GUARDS)
     assert factor == 4.0
     for name in six_axis_replay._ROW_NOISE:

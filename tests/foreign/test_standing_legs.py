@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.pose.data import Geometry, PoseData
-from footcal_cli.core.pose.departures import Departure, departures
+from footcal_cli.core.pose.departures import Disagreement, disagreements
 from footcal_cli.core.pose.hanging import leg_knowledge
 from footcal_cli.core.pose.joint import PoseFit, directions_agree
 from footcal_cli.core.pose.problem import PoseOptions
@@ -43,13 +43,13 @@ def posed(
 
 def fitted(
     seed: int, turn_s: float, too_heavy_n: float = 0.0, slow_share: float = 0.3
-) -> tuple[PoseFit, dict[str, Departure], bool]:
+) -> tuple[PoseFit, dict[str, Disagreement], bool]:
     """The fit, on what poses and earlier experiments disagree, and whether directions agree."""
     legs = tuple(leg_knowledge(fit) for fit in fits_of(seed, turn_s).values())
     data = posed(seed, too_heavy_n, slow_share)
     noise = np.tile([0.05] * 3 + [0.003] * 3, (6, 1))
     fit, _ = fit_pose_slowly(data, legs, noise, _USUAL)
-    found = departures(fit, legs, data.robot_weight_n)
+    found = disagreements(fit, legs, data.robot_weight_n)
     return fit, {one.name: one for one in found}, directions_agree(fit, legs)
 
 

@@ -28,7 +28,7 @@ from footcal_cli.core.effects import find_effect
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief, nameplate
-from footcal_cli.core.online.comparison import Comparison, Settings, compare
+from footcal_cli.core.online.comparison import ReplayedWalk, ReplaySettings, compare
 from footcal_cli.core.online.memory import MemoryOptions
 from footcal_cli.core.online.merging import merge_cells
 from footcal_cli.core.online.noise import starting_noise
@@ -167,7 +167,7 @@ def merged_of(scenario: Scenario, robot: Biped) -> tuple[Merged, Belief, Array]:
     return merged, belief, truth
 
 
-def replayed(trial: Trial, motion: Mapping[str, Array]) -> tuple[Comparison, PaperMethods]:
+def replayed(trial: Trial, motion: Mapping[str, Array]) -> tuple[ReplayedWalk, PaperMethods]:
     """All methods on one walk."""
     merged, belief, truth = merged_of(recorded_walk(trial, motion), Biped())
     _, baseline = mounted(trial.session)
@@ -182,12 +182,12 @@ def compared_methods(
     *,
     seed: int,
     learnt: tuple[str, ...] = LEARNT,
-) -> tuple[Comparison, PaperMethods]:
+) -> tuple[ReplayedWalk, PaperMethods]:
     """`online-replay --compare` with its defaults; `learnt` says which noise is learnt."""
     idle = channel_contact(merged.log) == 0.0
     raw_n = merged.raw * np.abs(belief.scale_n_per_count)
     start = starting_noise(raw_n, idle, Biped().weight_n)
-    settings = Settings(memory=MemoryOptions(noise=start, learnt=learnt))
+    settings = ReplaySettings(memory=MemoryOptions(noise=start, learnt=learnt))
     rng = np.random.default_rng(seed)
     papers = PaperMethods.run(
         merged.log, belief, ("window", "static"), WindowRule(), GivenWeights()
@@ -199,7 +199,7 @@ def compared_methods(
     return found, papers
 
 
-def figures_of(found: Comparison, trial: Trial, folder: Path) -> None:
+def figures_of(found: ReplayedWalk, trial: Trial, folder: Path) -> None:
     """CoP and force of the two papers' methods over the offline baseline (Figs. 10–15)."""
     judged = tuple(one for one in found.judged if one.reference == "baseline")
     against = replace(found, judged=judged)
@@ -210,7 +210,7 @@ def figures_of(found: Comparison, trial: Trial, folder: Path) -> None:
     plot_vgrf(against, shown, FIGURE_SPAN_S).savefig(folder / f"walk_{stem}_vgrf.png", dpi=110)
 
 
-def summary_of(found: Comparison, papers: PaperMethods, trial: Trial) -> dict[str, Any]:
+def summary_of(found: ReplayedWalk, papers: PaperMethods, trial: Trial) -> dict[str, Any]:
     """The numbers that the page needs of one walk."""
     start = _cycle_starts(found.cycle, found.merged.log.time_s)
     errors = [
@@ -260,7 +260,7 @@ def _cycle_starts(cycle: NDArray[np.int64], time_s: Array) -> Array:
     return np.asarray(time_s[first])
 
 
-def sensitivity_of(found: Comparison, papers: PaperMethods) -> list[dict[str, Any]]:
+def sensitivity_of(found: ReplayedWalk, papers: PaperMethods) -> list[dict[str, Any]]:
     """CoP and force error against the baseline as ωF, ωP, ωS are scaled by 0.2 … 5."""
     curves = window_sensitivity(
         found.merged.log,

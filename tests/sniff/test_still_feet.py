@@ -9,18 +9,18 @@ import pytest
 
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.plan import Plan
+from footcal_cli.sniff.plan import LogPlan
 from footcal_cli.sniff.several import parts_of
 from tests.foreign.plates import PLACES_M, plate_stand
 
 
-def planned(path: Path) -> Plan:
+def planned(path: Path) -> LogPlan:
     plan = plan_of(guess_file(path))
     assert plan is not None
     return plan
 
 
-def places_of(plan: Plan, feet: tuple[str, ...]) -> list[list[float]]:
+def places_of(plan: LogPlan, feet: tuple[str, ...]) -> list[list[float]]:
     values = [[plan.entries[f"{foot}_foot_{axis}_m"].value for axis in "xy"] for foot in feet]
     return [[float(v) for v in row if v is not None] for row in values]
 

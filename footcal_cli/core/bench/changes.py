@@ -11,7 +11,7 @@ from footcal_cli.core.parameters import Estimates
 
 
 @dataclass(frozen=True)
-class Change:
+class ParameterChange:
     """One parameter then and now.
 
     Parameters
@@ -42,7 +42,7 @@ class Change:
         return f"{owner} {parameter} {sd} sd since {since}"
 
 
-def find_changes(now: Estimates, before: Estimates) -> tuple[Change, ...]:
+def find_parameter_changes(now: Estimates, before: Estimates) -> tuple[ParameterChange, ...]:
     """Compare the parameters that both calibrations have, largest joint shift first.
 
     Parameters
@@ -69,7 +69,7 @@ def find_changes(now: Estimates, before: Estimates) -> tuple[Change, ...]:
     factors = np.arange(len(common), 0, -1)
     held[order] = np.minimum(np.maximum.accumulate(p[order] * factors), 1.0)
     changes = [
-        Change(
+        ParameterChange(
             name=name,
             unit=now.units[i],
             before=float(believed[k]),

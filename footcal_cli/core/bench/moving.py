@@ -80,7 +80,7 @@ def never_still(record: BenchRecord, options: PlateauOptions) -> bool:
     return levels < 2
 
 
-def aligned(record: BenchRecord, options: PlateauOptions, averaged: int) -> Aligned:
+def without_lags(record: BenchRecord, options: PlateauOptions, averaged: int) -> Aligned:
     """Take the lag of every session out of a record whose reference never stands still.
 
     Parameters

@@ -98,7 +98,7 @@ def holes_of(hole_m: FloatArray) -> IntArray:
 
 
 @dataclass(frozen=True)
-class Repeats:
+class HoleScatter:
     """Mean and scatter of the CoP per hole and load: [NAO], section 4.2.
 
     Parameters
@@ -132,7 +132,7 @@ class Repeats:
         return np.asarray(np.sqrt(dof @ self.sd_m[many] ** 2 / dof.sum()))
 
 
-def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> Repeats:
+def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> HoleScatter:
     """Summarise repeated placements.
 
     Parameters
@@ -157,7 +157,7 @@ def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> Repeats:
     with np.errstate(divide="ignore", invalid="ignore"):
         sd = np.sqrt(spread * (n / np.where(n > 1, n - 1.0, np.nan))[:, None])
     hole = mean_of(rows.hole_m[used])
-    return Repeats(hole, mean_of(load)[:, 0], n.astype(np.int64), hole + mean_error, sd)
+    return HoleScatter(hole, mean_of(load)[:, 0], n.astype(np.int64), hole + mean_error, sd)
 
 
 def condense_points(rows: PlacementRows) -> PlacementRows:

@@ -11,7 +11,7 @@ from scipy import special
 from footcal_cli.core.bench.channel import ChannelFit, Prediction, fit_channel
 from footcal_cli.core.bench.ladder import Ladder, climb
 from footcal_cli.core.bench.law_of_noise import with_law_of_noise
-from footcal_cli.core.bench.moving import aligned, never_still
+from footcal_cli.core.bench.moving import never_still, without_lags
 from footcal_cli.core.bench.plateaus import (
     PlateauOptions,
     Plateaus,
@@ -294,7 +294,7 @@ def _changed_later(study: ChannelStudy, samples: BenchRecord) -> ChannelStudy:
 
 def _study_moving(record: BenchRecord, asked: Asked, options: PlateauOptions) -> ChannelStudy:
     """Study a channel under a reference that never stands still, its lag taken out."""
-    found = aligned(record, options, max(1, len(record) // ROWS_FOR_FITS))
+    found = without_lags(record, options, max(1, len(record) // ROWS_FOR_FITS))
     study = study_rows(_condensed(found.record), asked)
     shifted = replace(record, load_n=found.record.load_n)
     samples = Samples(shifted, found.state, np.where(found.record.known, 0, -1), options)

@@ -192,7 +192,7 @@ def drift() -> Rung:
     return Rung("bias drift", (effect_term(BIAS_DRIFT),), needs_time=True)
 
 
-def warm_up(record: BenchRecord) -> Rung:
+def warm_up_rung(record: BenchRecord) -> Rung:
     """A zero that settles after the start; slower than the longest session it is a drift."""
     longest = record.longest_s
     return Rung(
@@ -235,7 +235,7 @@ def menu(record: BenchRecord, most_degree: int = 3) -> tuple[Rung, ...]:
         hysteresis(scale),
         hysteresis_stack(scale),
         *((drift(),) if record.timed else ()),
-        *((creep(record, 1), creep(record, 2), warm_up(record)) if running else ()),
+        *((creep(record, 1), creep(record, 2), warm_up_rung(record)) if running else ()),
         *((jump(record),) if alone else ()),
     )
     return tuple(sorted((r for r in rungs if r.fits(record)), key=lambda rung: rung.cost))

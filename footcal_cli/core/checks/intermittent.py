@@ -117,7 +117,7 @@ def _levels(values: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.minimum(first, second), np.minimum(larger, third)))
 
 
-def steps_of(wrench: FloatArray) -> FloatArray:
+def steps_of_axes(wrench: FloatArray) -> FloatArray:
     """Step of the converter of each axis of a leg, from all that was recorded of it, shape (6,).
 
     A heavy robot's leg takes two or three values in one recording: those do not show a step.
@@ -133,9 +133,9 @@ def spells_of(
     Parameters
     ----------
     steps
-        `steps_of` the leg, shape (6,); None: of this recording.
+        `steps_of_axes` the leg, shape (6,); None: of this recording.
     """
-    own = steps_of(wrench) if steps is None else steps
+    own = steps_of_axes(wrench) if steps is None else steps
     return np.stack(
         [find_spells(axis, held, step) for axis, step in zip(wrench.T, own, strict=True)], 1
     )

@@ -32,7 +32,7 @@ from footcal_cli.core.diagnosis.unnamed import (
 )
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Trait, is_six_axis
-from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -82,7 +82,7 @@ def _straight_axis(mine: Signature) -> str:
     return f"{mine.owners[0][1][0]}.{mine.parameter.rsplit('_', 1)[1]}"
 
 
-def bends_of(ideal: Case, rows: Rows, axes: Sequence[str]) -> Bends:
+def bends_of(ideal: Case, rows: Problem, axes: Sequence[str]) -> Bends:
     """What a line and a knee in each of some axes add to the residual.
 
     Parameters

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.imperfections import with_imperfections
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.inference.case import Case, Rows, channels_of, residual
+from footcal_cli.core.inference.case import Case, channels_of, residual
 from footcal_cli.core.inference.ideal import balanced
 from footcal_cli.core.inference.lines import Traces
 from footcal_cli.core.inference.problem import Problem
@@ -21,14 +22,14 @@ from footcal_cli.core.inference.signatures import (
 from footcal_cli.core.inference.tracking import Tracking
 from footcal_cli.core.parameters import FloatArray
 
-Describe = Callable[[Case, Rows], tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]]]
+Describe = Callable[[Case, Problem], tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]]]
 """Regressors (m,) and block-level covariates (B,) of a case."""
 _MORE = 1.01
 
 
 def problem_from(
     case: Case,
-    rows: Rows,
+    rows: Problem,
     effects: Iterable[Effect],
     describe: Describe,
     within: FloatArray | None = None,
@@ -38,15 +39,17 @@ def problem_from(
 
     Parameters
     ----------
+    rows
+        Which errors count, from `rows_of`, or the problem of another model.
     within
-        Changes of parameters to which calibration is limited, as in `calibration_of`.
+        Changes of parameters to which calibration is limited, as in `calibration_at`.
     ideal
         Its recordings without noise, where a refit made them already.
     """
     ideal = ideal or balanced(case, case.values)
     library = library_columns(ideal, rows, effects, case if case.drifts else None)
     regressors, covariates = describe(ideal, rows)
-    calibration, turn = calibration_of(ideal, rows, within)
+    calibration, turn = calibration_at(ideal, rows, within)
     tracking = None
     if case.drifts and case.directions:
         wandering = [d.kind for d in case.directions if not d.lasting]
@@ -54,43 +57,27 @@ def problem_from(
         pooled = set((case.groups or {}).values())
         idle = np.array([name in pooled for name in rows.outputs], dtype=bool)
         tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64), idle[rows.output])
-    tolerance = np.array(
-        [case.tolerance_nm if unit == "Nm" else case.tolerance_n for unit in rows.units]
-    )
-    problem = Problem(
+    problem = replace(
+        rows.bare,
         residual=residual(case, rows, case.values),
         calibration=calibration,
-        calibration_names=numbered(calibration),
         columns=library.columns,
         signatures=library.signatures,
-        block=rows.block,
-        output=rows.output,
-        sequence=rows.sequence,
-        outputs=rows.outputs,
-        units=rows.units,
-        noise=rows.noise,
-        tolerance=tolerance,
         regressors=regressors,
-        rate_hz=rows.rate_hz,
         covariates=covariates,
         excluded=library.excluded,
         calibration_turn=turn,
         known=known_of(case, turn),
         held=held_of(ideal, rows),
         tracking=tracking,
-        alike=case.alike,
-        drifts=case.drifts,
-        pieces=case.pieces,
-        settings=_settings(ideal, rows) if case.settings else None,
-        least=rows.least,
-        traces=_traces(case, rows) if rows.rate_hz > 0 or case.settings or case.pieces else None,
-        raw=case.raw,
+        settings=_settings(ideal, rows) if case.setting_key else None,
+        traces=_traces(case, rows) if rows.rate_hz > 0 or case.setting_key or case.pieces else None,
     )
-    return with_imperfections(problem, ideal, rows)
+    return with_imperfections(problem, ideal)
 
 
-def calibration_of(
-    ideal: Case, rows: Rows, within: FloatArray | None = None
+def calibration_at(
+    ideal: Case, rows: Problem, within: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray | None]:
     """What calibration does to the residual at a model, and what each column turns, if constant.
 
@@ -106,7 +93,7 @@ def calibration_of(
     return calibration_columns(ideal, rows, within)
 
 
-def held_of(ideal: Case, rows: Rows) -> FloatArray | None:
+def held_of(ideal: Case, rows: Problem) -> FloatArray | None:
     """Change of the residual per sd of each lasting difference from a known calibration (m, h)."""
     if not any(direction.lasting for direction in ideal.directions):
         return None
@@ -120,14 +107,9 @@ def known_of(case: Case, turn: FloatArray | None) -> FloatArray | None:
     return None if case.known is None or turn is None else turn.T @ case.known @ turn
 
 
-def numbered(calibration: FloatArray) -> tuple[str, ...]:
-    """Names of calibration columns."""
-    return tuple(f"direction {i + 1}" for i in range(calibration.shape[1]))
-
-
-def _traces(case: Case, rows: Rows) -> Traces:
+def _traces(case: Case, rows: Problem) -> Traces:
     """One channel per column of each log, by the name its experiment gives it."""
-    channel = np.zeros(rows.row.size, dtype=np.int64)
+    channel = np.zeros(rows.residual.size, dtype=np.int64)
     names: list[str] = []
     for i, log in enumerate(case.logs):
         here = rows.log == i
@@ -137,13 +119,13 @@ def _traces(case: Case, rows: Rows) -> Traces:
     return Traces(rows.time_s, channel, tuple(names))
 
 
-def _settings(ideal: Case, rows: Rows) -> Settings:
+def _settings(ideal: Case, rows: Problem) -> Settings:
     """What may differ between settings-up: offset and gain of every sensor."""
-    number = np.zeros((2, rows.row.size), dtype=np.int64)
+    number = np.zeros((2, rows.residual.size), dtype=np.int64)
     for i, log in enumerate(ideal.logs):
         here = rows.log == i
         number[0, here] = i
-        number[1, here] = log.known[ideal.settings][rows.row[here]]
+        number[1, here] = log.known[ideal.setting_key][rows.row[here]]
     _, setting = np.unique(number, axis=1, return_inverse=True)
     numbers = np.asarray(setting).ravel()
     if ideal.experiment.name == "placements":
@@ -156,7 +138,7 @@ def _settings(ideal: Case, rows: Rows) -> Settings:
     return Settings(numbers, np.stack(axes, axis=1), np.arange(len(axes)) % 2, rows.log, rows.block)
 
 
-def _of_each_cell(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[str]]:
+def _of_each_cell(ideal: Case, rows: Problem) -> tuple[list[FloatArray], list[str]]:
     """Gain and offset of every cell, where an output is a sum over cells."""
     columns, kind = [], []
     seen = ideal.memory()
@@ -172,10 +154,10 @@ def _of_each_cell(ideal: Case, rows: Rows) -> tuple[list[FloatArray], list[str]]
     return columns, kind
 
 
-def _of_each_output(ideal: Case, rows: Rows) -> list[FloatArray]:
+def _of_each_output(ideal: Case, rows: Problem) -> list[FloatArray]:
     """Offset and gain of every output, where outputs are axes of one sensor."""
     truths = [ideal.chain.remove(log, ideal.values)[0] for log in ideal.logs]
-    reading = np.zeros(rows.row.size)
+    reading = np.zeros(rows.residual.size)
     for i, truth in enumerate(truths):
         here = rows.log == i
         reading[here] = truth.readings[rows.row[here], rows.column[here]]

@@ -135,7 +135,7 @@ def _by(problem: Problem, columns: FloatArray, law: Noise) -> FloatArray:
     return explained_each(grams, grams.calibration, grams.features)
 
 
-def moved(effect: Effect, signature: Signature, model: Refit) -> bool:
+def onset_moved(effect: Effect, signature: Signature, model: Refit) -> bool:
     """Whether a refit stands at another moment than the one that the search tried."""
     moment = _change_point_of(effect)
     owners, tried = signature.owners, dict(signature.shape)

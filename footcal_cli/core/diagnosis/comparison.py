@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.bends import open_curves
-from footcal_cli.core.diagnosis.change_points import moved
+from footcal_cli.core.diagnosis.change_points import onset_moved
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
 from footcal_cli.core.diagnosis.field import field_of, white_loss
 from footcal_cli.core.diagnosis.memories import surer
@@ -22,12 +22,12 @@ from footcal_cli.core.diagnosis.rivals import (
     excess_of,
     level_of,
     likelier,
-    look_alike,
     odds_of,
     of_turns,
     of_two_classes,
     outdone,
     partners_of,
+    said_alike,
     share_for_form,
 )
 from footcal_cli.core.diagnosis.rules import Rules
@@ -143,7 +143,7 @@ def decided(
     # of two that are so much alike none leaves a good part of what the other one explains
     same -= {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
     worse -= same
-    late = moved(subject.table[mine.effect], mine, best.fitted)
+    late = onset_moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
@@ -300,7 +300,7 @@ def _worse(
     kind leaves nothing, the next best may be the nearer one.
     """
     lost = float((other.loss - loss).sum())
-    if not look_alike(table, best.cause, other.cause):
+    if not said_alike(table, best.cause, other.cause):
         return significant
     if best.p >= rules.alpha_whole and other.p < level_of(best.cause, other.cause, rules):
         return True

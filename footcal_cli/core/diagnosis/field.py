@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import Contender, fit, refitted
-from footcal_cli.core.diagnosis.rivals import Tried, left_of, look_alike
+from footcal_cli.core.diagnosis.rivals import Tried, left_of, said_alike
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, GridOf, Trait
@@ -140,7 +140,7 @@ def best_of(
     whole = [
         t for t in tried
         if t.p >= rules.alpha_whole
-        and (t is least or (look_alike(table, least.cause, t.cause) and as_good(t)))
+        and (t is least or (said_alike(table, least.cause, t.cause) and as_good(t)))
     ]  # fmt: skip
     return min(whole or [least], key=lambda t: float(t.loss.sum()))
 
@@ -173,7 +173,7 @@ def _family(
 
     Together they are richer than each: knees at every load make a curve of any form.
     """
-    kin = [c.signature for c in contenders if any(look_alike(subject.table, a, c) for a in about)]
+    kin = [c.signature for c in contenders if any(said_alike(subject.table, a, c) for a in about)]
     kin += [a.signature for a in about]
     effects, where = {s.effect for s in kin}, {s.where for s in kin}
     return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]

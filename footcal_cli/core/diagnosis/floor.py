@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core import chances
-from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.signatures import calibration_columns
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.signals import means_of
 
 _RCOND = 1e-12
 MOST = 5.0
@@ -26,7 +27,7 @@ _MOST_OF_LEVELS = 3.0
 """Likewise of levels, in which the noise of single rows has averaged out."""
 
 
-def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
+def times_floor(case: Case, problem: Problem) -> float:
     """Largest RMS residual of a log's output, or of its level from block to block, over a floor.
 
     ``√(s² + t² + mean(J C Jᵀ))`` for single rows, and with ``s²/n`` for the mean of the n rows of a
@@ -35,10 +36,10 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
     law of what differs between hangings takes up a level that drifts in one leg; it is a residual
     all the same.
     """
-    unit = np.maximum(_mean(problem.noise, problem.output, len(problem.outputs)), 1e-300)
+    unit = np.maximum(means_of(problem.noise, problem.output, len(problem.outputs)), 1e-300)
     sd = problem.law.whitener.sd
     if problem.settings is not None:
-        sd = np.minimum(sd, _sd_of_most(problem, rows) / unit)
+        sd = np.minimum(sd, _sd_of_most(problem) / unit)
     noise = sd[problem.output] ** 2
     with np.errstate(over="ignore"):  # an output without noise has no floor
         allowed = ((problem.tolerance / unit) ** 2)[problem.output]
@@ -48,32 +49,34 @@ def times_floor(case: Case, rows: Rows, problem: Problem) -> float:
             return 0.0
         left = problem.left_of(left)
     else:
-        columns, turn = calibration_columns(case, rows)
+        columns, turn = calibration_columns(case, problem)
         covariance = scaled_inverse(turn.T @ case.known @ turn, _RCOND)
         allowed = allowed + np.sum((columns @ covariance) * columns, axis=1)
     outputs = len(problem.outputs)
-    sensor = rows.log * outputs + problem.output
-    times = np.sqrt(_mean(left**2, sensor) / np.maximum(_mean(noise + allowed, sensor), 1e-300))
+    sensor = problem.log * outputs + problem.output
+    times = np.sqrt(
+        means_of(left**2, sensor) / np.maximum(means_of(noise + allowed, sensor), 1e-300)
+    )
     if problem.pieces:
         times = np.maximum(times, _times_of_stances(problem) * MOST / _MOST_OF_LEVELS)
     if problem.settings is not None:
         _, level = np.unique(np.stack([sensor, problem.block]), axis=1, return_inverse=True)
         at = level.ravel()
-        mean, count = _mean(left, at), np.bincount(at)
-        floor = np.maximum(_mean(noise, at) / count + _mean(allowed, at), 1e-300)
+        mean, count = means_of(left, at), np.bincount(at)
+        floor = np.maximum(means_of(noise, at) / count + means_of(allowed, at), 1e-300)
         whose = np.zeros(count.size, dtype=np.int64)
         whose[at] = sensor
-        levels = np.sqrt(_mean(mean**2, whose) / np.maximum(_mean(floor, whose), 1e-300))
+        levels = np.sqrt(means_of(mean**2, whose) / np.maximum(means_of(floor, whose), 1e-300))
         times = np.maximum(times, levels * MOST / _MOST_OF_LEVELS)
     return float(times.max(initial=0.0))
 
 
-def _sd_of_most(problem: Problem, rows: Rows) -> FloatArray:
+def _sd_of_most(problem: Problem) -> FloatArray:
     """Sd of single rows of each output, as most rows of a block differ from the next, (outputs,).
 
     What comes in spells makes the law of the noise as large as itself. Infinite without such rows.
     """
-    sensor = rows.log * len(problem.outputs) + problem.output
+    sensor = problem.log * len(problem.outputs) + problem.output
     order = np.lexsort((np.arange(sensor.size), problem.block, sensor))
     next_to = np.diff(np.stack([sensor, problem.block])[:, order], axis=1)
     size = np.abs(np.diff((problem.residual * problem.noise)[order]))[~next_to.any(axis=0)]
@@ -94,7 +97,7 @@ def _times_of_stances(problem: Problem) -> float:
     for o in (i for i, unit in enumerate(problem.units) if unit == "N"):
         mine = problem.output == o
         count = np.bincount(problem.block[mine], minlength=problem.blocks)
-        mean = _mean(left[mine], problem.block[mine], problem.blocks)
+        mean = means_of(left[mine], problem.block[mine], problem.blocks)
         several = count > 1
         if not several.any():
             continue
@@ -110,12 +113,6 @@ def _times_of_stances(problem: Problem) -> float:
     return max(times)
 
 
-def is_large(case: Case, rows: Rows, problem: Problem) -> bool:
+def is_large(case: Case, problem: Problem) -> bool:
     """Whether a residual is no residual of nothing, whatever names were tried and refused."""
-    return times_floor(case, rows, problem) >= MOST
-
-
-def _mean(values: FloatArray, number: IntArray, least: int = 0) -> FloatArray:
-    """Mean of the values of each number, 0 of none."""
-    count = np.bincount(number, minlength=least)
-    return np.bincount(number, values, minlength=least) / np.maximum(count, 1)
+    return times_floor(case, problem) >= MOST

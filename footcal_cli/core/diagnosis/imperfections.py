@@ -14,7 +14,7 @@ import numpy as np
 
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
-from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
@@ -29,7 +29,7 @@ _RCOND = 1e-12
 _SURE = 2.0
 
 
-def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
+def with_imperfections(problem: Problem, ideal: Case) -> Problem:
     """The problem with what every log of its experiment has among what is fitted.
 
     An imperfection that is larger than `LIMIT` usual sizes, or than what matters to a user who said
@@ -39,10 +39,10 @@ def with_imperfections(problem: Problem, ideal: Case, rows: Rows) -> Problem:
     ----------
     problem
         The arrays of a model.
-    ideal, rows
-        Its recordings without noise, and which errors count.
+    ideal
+        Its recordings without noise.
     """
-    columns, signatures = _columns(ideal, rows)
+    columns, signatures = _columns(ideal, problem)
     if not signatures:
         return problem
     # rounds, since what one large imperfection pushes another to is no size of that one
@@ -148,14 +148,14 @@ def sizes_of_imperfections(
     return size, sd, np.abs(size) * np.sqrt(seen)
 
 
-def _columns(ideal: Case, rows: Rows) -> tuple[FloatArray, list[Signature]]:
+def _columns(ideal: Case, rows: Problem) -> tuple[FloatArray, list[Signature]]:
     """What a usual size of each imperfection adds to the residual, shape (m, k)."""
     present = {
         (link.effect.name, member)
         for link in ideal.chain.links for members in link.owners.values() for member in members
     }  # fmt: skip
     known = set.intersection(*(set(log.known) for log in ideal.logs))
-    columns, signatures, seen = [np.empty((rows.row.size, 0))], [], ideal.memory()
+    columns, signatures, seen = [np.empty((rows.residual.size, 0))], [], ideal.memory()
     for item in ideal.experiment.imperfections:
         effect = item.effect
         if not known.issuperset(effect.needs):

@@ -28,7 +28,7 @@ from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
 from footcal_cli.core.diagnosis.verdicts import CLEAR, NAMING, judged
 from footcal_cli.core.effects.contract import Effect, GridOf
-from footcal_cli.core.inference.case import Case, Rows, rows_of
+from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
@@ -81,7 +81,7 @@ class Investigation:
         The extended model; None if nothing was named.
     gains
         Held-out errors per output, the selection repeated without each fold.
-    case, rows, problem
+    case, problem
         The baseline.
     final
         The problem on the extended model, its rivals calibration too; the baseline where nothing
@@ -103,7 +103,6 @@ class Investigation:
     model: Refit | None
     gains: tuple[Gain, ...]
     case: Case
-    rows: Rows
     problem: Problem
     final: Problem
     share: float
@@ -143,13 +142,12 @@ def investigate(
         Called with how many more refits are done.
     """
     rules = rules or Rules()
-    rows = rows_of(case)
-    problem = problem_from(case, rows, table.values(), describe)
-    subject = Subject(case, rows, problem, table, describe, advance)
+    problem = problem_from(case, rows_of(case), table.values(), describe)
+    subject = Subject(case, problem, table, describe, advance)
     baseline = beginning(problem, rules, seed)
     if stopped:
         return _without_name(subject, baseline, Verdict.BAD_DATA, 0.0)
-    large = is_large(case, rows, problem)
+    large = is_large(case, problem)
     last: Investigation | None = None
     for way, verdict, share in _searched(subject, baseline, rules, seed, large=large):
         if verdict not in NAMING:
@@ -190,7 +188,6 @@ def named(subject: Subject, stands: Standing) -> Investigation:
         model=path.model,
         gains=stands.gains,
         case=subject.case,
-        rows=subject.rows,
         problem=subject.problem,
         final=path.current,
         share=stands.share,
@@ -211,7 +208,6 @@ def _without_name(subject: Subject, path: Path, verdict: Verdict, share: float) 
         model=None,
         gains=gains_of(problem, problem, problem.law),
         case=subject.case,
-        rows=subject.rows,
         problem=problem,
         final=problem,
         share=share,

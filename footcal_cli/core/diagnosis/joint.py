@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.joint_hypotheses import (
     SAYS_NOTHING,
-    Finding,
     Hypotheses,
     JointSize,
+    SingleFinding,
     candidates_of,
 )
 from footcal_cli.core.diagnosis.joint_sizes import SingleDiagnosis
@@ -62,7 +62,7 @@ def diagnose_together(
     """
     usable = [s for s in singles if s.found.verdict is not Verdict.BAD_DATA]
     findings = [
-        Finding(i, candidates_of(item, usable, table))
+        SingleFinding(i, candidates_of(item, usable, table))
         for i, single in enumerate(usable)
         for item in single.findings
     ]

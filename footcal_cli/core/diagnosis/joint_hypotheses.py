@@ -26,12 +26,12 @@ from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Found
 from footcal_cli.core.diagnosis.joint_likelihood import (
     agreement,
+    common_size,
     log_likelihood,
     size_grid,
-    together,
     trapezoids,
 )
-from footcal_cli.core.diagnosis.joint_refit import RefittedCause, refitted
+from footcal_cli.core.diagnosis.joint_refit import RefittedCause, refitted_together
 from footcal_cli.core.diagnosis.joint_sizes import JointCause, SingleDiagnosis, SizeSeen, members
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.evidence import Interval
@@ -92,7 +92,7 @@ class JointSize:
 
 
 @dataclass(frozen=True)
-class Finding:
+class SingleFinding:
     """What one experiment names, and the candidates for it."""
 
     single: int
@@ -150,7 +150,7 @@ class Hypotheses:
     def __init__(
         self,
         singles: Sequence[SingleDiagnosis],
-        findings: Sequence[Finding],
+        findings: Sequence[SingleFinding],
         table: Mapping[str, Effect],
     ) -> None:
         self.singles = singles
@@ -297,7 +297,9 @@ class Hypotheses:
                 if any(seen):
                     linear[cause] = seen
             if linear:
-                for cause, refit in refitted(single, tuple(linear), linear, self.table).items():
+                for cause, refit in refitted_together(
+                    single, tuple(linear), linear, self.table
+                ).items():
                     found[cause][e] = refit
         return found
 
@@ -336,7 +338,7 @@ class Hypotheses:
             for g in range(len(cause.groups))
         ]
         return JointSize(
-            cause, seen, unseen, tuple(together(group)[0] for group in groups), shape,
+            cause, seen, unseen, tuple(common_size(group)[0] for group in groups), shape,
             agreement(compared), rivals, named_by,
         )  # fmt: skip
 

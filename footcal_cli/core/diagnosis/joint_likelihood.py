@@ -53,7 +53,7 @@ def _log_student(t: FloatArray, freedom: float) -> FloatArray:
     return np.asarray(-0.5 * (freedom + 1.0) * np.log1p(t**2 / freedom))
 
 
-def together(seen: Sequence[SizeSeen]) -> tuple[Interval, float]:
+def common_size(seen: Sequence[SizeSeen]) -> tuple[Interval, float]:
     """The common size with its 95 % interval, and ``Σ (size − common)²/sd²``.
 
     Experiments that disagree by more than their sd widen the interval by what they do.
@@ -78,8 +78,8 @@ def agreement(groups: Sequence[Sequence[SizeSeen]]) -> float | None:
     for seen in groups:
         if len(seen) < 2:
             continue
-        common = together(seen)[0].value
+        common = common_size(seen)[0].value
         wide = [SizeSeen(s.size, float(np.hypot(s.sd, largest * common)), s.freedom) for s in seen]
-        chi2 += together(wide)[1]
+        chi2 += common_size(wide)[1]
         freedom += len(seen) - 1
     return float(chances.chi2_sf(chi2, freedom)) if freedom else None

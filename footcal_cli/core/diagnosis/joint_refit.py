@@ -38,7 +38,7 @@ class RefittedCause:
     shape: Mapping[str, float]
 
 
-def refitted(
+def refitted_together(
     single: SingleDiagnosis,
     causes: Sequence[JointCause],
     linear: Mapping[JointCause, tuple[SizeSeen | None, ...]],
@@ -58,7 +58,7 @@ def refitted(
         Effects by name.
     """
     found = single.found
-    subject = Subject(found.case, found.rows, found.problem, table, describe)
+    subject = Subject(found.case, found.problem, table, describe)
     accepted, start = [], {}
     for cause in causes:
         signature, groups = _here(single, cause)

@@ -48,13 +48,13 @@ def with_known_gain(
     free = len(held) < len(found.case.directions)
     if found.verdict is not Verdict.UNKNOWN or not (free and table):
         return found
-    if not is_large(found.case, found.rows, found.problem):
+    if not is_large(found.case, found.problem):
         return found
     case = replace(found.case, directions=held)
-    problem = problem_from(case, found.rows, table.values(), describe)
-    subject = Subject(case, found.rows, problem, table, describe, advance)
+    problem = problem_from(case, found.problem, table.values(), describe)
+    subject = Subject(case, problem, table, describe, advance)
     path = grown(subject, beginning(problem, rules, seed), replace(rules, most_effects=1), seed)
-    if not path.causes or is_large(case, found.rows, path.current):
+    if not path.causes or is_large(case, path.current):
         return found
     (cause,) = path.causes
     names = {s.effect for s in (cause.signature, *cause.rivals)}

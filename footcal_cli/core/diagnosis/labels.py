@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.inference.case import Case, residual, rows_of
+from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.signatures import calibration_columns
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -111,7 +111,7 @@ def _displacements(case: Case) -> tuple[FloatArray, FloatArray, IntArray, IntArr
     """
     rows = rows_of(case)
     columns, turn = calibration_columns(case, rows)
-    target = residual(case, rows, case.values)
+    target = rows.residual
     if case.known is not None:
         # as many further rows as there are calibration columns
         values, vectors = np.linalg.eigh(turn.T @ case.known @ turn)

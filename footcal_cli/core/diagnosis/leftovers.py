@@ -91,8 +91,8 @@ def leftover_of(found: Investigation) -> Leftover:
 
 def _labels(found: Investigation) -> np.ndarray:
     """Channel or output of each row as its experiment names it, shape (m,)."""
-    rows = found.rows
-    labels = np.empty(rows.row.size, dtype=object)
+    rows = found.problem
+    labels = np.empty(rows.residual.size, dtype=object)
     for i, log in enumerate(found.case.logs):
         truth, _ = found.case.chain.remove(log.rows(0, 2), found.case.values)
         outputs = np.array(found.case.experiment.balance(truth).outputs, dtype=object)

@@ -28,7 +28,7 @@ from footcal_cli.core.effects.contract import (
     is_six_axis,
     on_readings,
 )
-from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.signatures import derivative
@@ -75,7 +75,7 @@ def applies_to(case: Case, causes: Sequence[Cause]) -> bool:
     return single and not is_six_axis(channels_of(case.logs))
 
 
-def mixtures_of(ideal: Case, rows: Rows) -> FloatArray:
+def mixtures_of(ideal: Case, rows: Problem) -> FloatArray:
     """What each cell hearing each other cell of its foot adds, at unit RMS, shape (m, mixtures).
 
     Parameters
@@ -100,7 +100,7 @@ def mixtures_of(ideal: Case, rows: Rows) -> FloatArray:
         for cell in cells
         for before in range(1, len(cells))
     ]
-    return unit_columns(np.array(found).reshape(len(found), rows.row.size).T)
+    return unit_columns(np.array(found).reshape(len(found), rows.residual.size).T)
 
 
 def _feet(case: Case) -> list[tuple[str, ...]]:

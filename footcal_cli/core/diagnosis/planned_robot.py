@@ -9,16 +9,27 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from footcal_cli.core.chain import Chain
+from footcal_cli.core.diagnosis.planned_bench import Logs
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.biped_logs import Course, StandPlan, Streams, biped_logs, standing
+from footcal_cli.core.simulation.biped_logs import (
+    Course,
+    StandPlan,
+    Streams,
+    biped_logs,
+    standing_motion,
+)
 from footcal_cli.core.simulation.gait import Motion, WalkPlan, walking
-from footcal_cli.core.simulation.hexapod_logs import HangPlan, PosePlan, hang_log, pose_log
+from footcal_cli.core.simulation.hexapod_logs import (
+    HangPlan,
+    PosePlan,
+    simulated_hang_log,
+    simulated_pose_log,
+)
 from footcal_cli.core.simulation.robots import Biped
 
-Logs = tuple[Log, ...]
 FACING_RAD = (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi)
 SQUATS_M = (0.0, 0.02, 0.04)
 STRAIGHT_RAD, TOES_OUT_RAD = (0.0,), (0.25 * np.pi, -np.pi / 12.0)
@@ -52,8 +63,8 @@ def stand_turned(rig: Rig) -> Logs:
     """Quiet stances on both feet and on one, leaning this way and that, toes out and in."""
     plan = StandPlan(stances=14, one_foot=10, stance_s=4.0, sway_m=0.0, toes_rad=TOES_OUT_RAD)
     done = biped_logs(
-        Course("stand", rig.biped, standing(rig.biped, plan, 0), plan.duration_s), _NOTHING, {},
-        seed=0, streams=Streams(cell_rate_hz=2.0), to_counts=False,
+        Course("stand", rig.biped, standing_motion(rig.biped, plan, 0), plan.duration_s),
+        _NOTHING, {}, seed=0, streams=Streams(cell_rate_hz=2.0), to_counts=False,
     )  # fmt: skip
     return (done.cells.truth,)
 
@@ -92,19 +103,21 @@ def hang(rig: Rig) -> Logs:
     """Every leg in two opposite pairs of orientations."""
     robot = rig.hexapod
     plan = HangPlan(cycles=3, rate_hz=5.0)
-    return tuple(hang_log(robot, leg, plan, _NOTHING, {}, seed=0).truth for leg in robot.legs)
+    return tuple(
+        simulated_hang_log(robot, leg, plan, _NOTHING, {}, seed=0).truth for leg in robot.legs
+    )
 
 
 def pose_tilted(rig: Rig) -> Logs:
     """Sixty poses on a floor that is tilted by up to 15°."""
     plan = PosePlan(poses=60, tripods=30, tilt_rad=np.deg2rad(15.0))
-    return (pose_log(rig.hexapod, plan, _NOTHING, {}, seed=0).truth,)
+    return (simulated_pose_log(rig.hexapod, plan, _NOTHING, {}, seed=0).truth,)
 
 
 def pose_tripods(rig: Rig) -> Logs:
     """Ninety poses on three legs in turn."""
     plan = PosePlan(poses=0, tripods=90)
-    return (pose_log(rig.hexapod, plan, _NOTHING, {}, seed=0).truth,)
+    return (simulated_pose_log(rig.hexapod, plan, _NOTHING, {}, seed=0).truth,)
 
 
 def _walked(rig: Rig, plan: WalkPlan) -> Log:

@@ -152,7 +152,7 @@ def odds_of(best: FloatArray, other: FloatArray, noise: Noise, form: float = 0.0
     return float(np.exp(np.clip(surest, -_MOST, _MOST)))
 
 
-def look_alike(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
+def said_alike(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
     """Whether the table says that one looks like the other."""
     a, b = table[one.signature.effect], table[other.signature.effect]
     return b.name in a.mimics or a.name in b.mimics
@@ -201,7 +201,7 @@ def outdone(
     the nearer one adds something beside the other too. So the best must leave nothing, with power:
     what its kind could still explain, at most, must be less than a share of what it adds.
     """
-    if best.p < rules.alpha_whole or not look_alike(subject.table, best.cause, other.cause):
+    if best.p < rules.alpha_whole or not said_alike(subject.table, best.cause, other.cause):
         return False
     smooth = best.cause.signature.effect in SMOOTH
     beside = [] if smooth else partners_of(other.cause, family)

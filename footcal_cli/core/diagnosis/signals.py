@@ -10,19 +10,20 @@ from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.diagnosis.features import GAIT
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis
 from footcal_cli.core.experiments.walk import feet_of
-from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.signals import begins
 
 
-def describe(case: Case, rows: Rows) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+def describe(case: Case, rows: Problem) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
     """Regressors (m,) and block-level covariates (B,) of any experiment."""
     per_log = [_signals(case, log) for log in case.logs]
     shared = [n for n in per_log[0] if all(n in signals for signals in per_log)]
     regressors: dict[str, FloatArray] = {}
     for name in shared:
-        values = np.empty(rows.row.size)
+        values = np.empty(rows.residual.size)
         for i, signals in enumerate(per_log):
             here = rows.log == i
             values[here] = signals[name][rows.row[here]]
@@ -172,7 +173,7 @@ def _walking(log: Log) -> dict[str, FloatArray]:
 _LEAST_CYCLES = 3
 
 
-def _covariates(case: Case, rows: Rows) -> dict[str, FloatArray]:
+def _covariates(case: Case, rows: Problem) -> dict[str, FloatArray]:
     """Block means of temperature and time of recording, where blocks may be permuted."""
     if not case.alike or case.drifts:
         return {}
@@ -182,7 +183,7 @@ def _covariates(case: Case, rows: Rows) -> dict[str, FloatArray]:
     time = np.bincount(rows.block, weights=rows.time_s, minlength=blocks) / count
     covariates["time of recording"] = time
     if all("temperature_degc" in log.known for log in case.logs):
-        warm = np.empty(rows.row.size)
+        warm = np.empty(rows.residual.size)
         for i, log in enumerate(case.logs):
             here = rows.log == i
             warm[here] = log.known["temperature_degc"].reshape(len(log), -1)[:, 0][rows.row[here]]

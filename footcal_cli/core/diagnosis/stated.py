@@ -94,7 +94,7 @@ def _other_forms(
     owners = {owner: link.owners[owner]}
     columns = np.stack(
         [
-            derivative(ideal, subject.rows, effect, size, owners, form, seen=seen)
+            derivative(ideal, subject.problem, effect, size, owners, form, seen=seen)
             for form in (mine, *forms)
         ],
         axis=1,

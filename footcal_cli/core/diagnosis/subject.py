@@ -10,14 +10,13 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import (
     Describe,
-    calibration_of,
+    calibration_at,
     held_of,
     known_of,
-    numbered,
     problem_from,
 )
 from footcal_cli.core.effects.contract import Effect, Trait
-from footcal_cli.core.inference.case import Case, Rows, residual
+from footcal_cli.core.inference.case import Case, residual
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.noise_credit import shrinkage
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -41,10 +40,8 @@ class Subject:
 
     Parameters
     ----------
-    case, rows
-        The recordings with the baseline, and which errors count.
-    problem
-        The baseline in arrays.
+    case, problem
+        The recordings with the baseline, and that in arrays.
     table
         Effects by name.
     describe
@@ -54,7 +51,6 @@ class Subject:
     """
 
     case: Case
-    rows: Rows
     problem: Problem
     table: Mapping[str, Effect]
     describe: Describe
@@ -81,7 +77,7 @@ class Subject:
     def _refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
         problem = self.problem.without_usual({effect.name for effect, _ in accepted})
-        model = refit(self.case, self.rows, problem, accepted, start)
+        model = refit(self.case, problem, accepted, start)
         if problem.calibration_turn is None or problem.known is not None or problem.drifts:
             return model
         # what is wrong has moved the calibration, in whose units its size then is
@@ -91,10 +87,10 @@ class Subject:
             values[parameter.name] = values.get(parameter.name, parameter.value) - by
         begun = {n: v for n, v in model.values.items() if n not in self.case.values}
         linear = model.residual - problem.calibration @ left
-        bent = residual(self.case, self.rows, {**values, **begun}, model.chain) - linear
+        bent = residual(self.case, self.problem, {**values, **begun}, model.chain) - linear
         if np.sqrt(np.mean(bent**2)) < _BENT * np.sqrt(np.mean(linear**2)):
             return model
-        return refit(replace(self.case, values=values), self.rows, problem, accepted, begun)
+        return refit(replace(self.case, values=values), problem, accepted, begun)
 
     def extended(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """The problem on the extended model: its effects and their rivals are calibration now.
@@ -106,7 +102,7 @@ class Subject:
         if id(model) not in self._whole:
             case = self.case.extended(model.chain, model.values)
             turn, effects = self.problem.calibration_turn, self.table.values()
-            made = problem_from(case, self.rows, effects, self.describe, turn, model.ideal)
+            made = problem_from(case, self.problem, effects, self.describe, turn, model.ideal)
             self._whole.clear()
             self._whole[id(model)] = model, made
         whole = self._whole[id(model)][1]
@@ -124,20 +120,19 @@ class Subject:
         problem = replace(self.problem, usual=whole.usual, usual_of=whole.usual_of)
         start = {n: v for n, v in model.values.items() if n not in self.case.values}
         self.advance(1)
-        return refit(self.case, self.rows, problem, accepted, start)
+        return refit(self.case, problem, accepted, start)
 
     def bare(self, model: Refit, causes: Sequence[Cause]) -> Problem:
         """As `extended`, without candidates."""
         within = self.problem.calibration_turn
-        calibration, turn = calibration_of(model.judged, self.rows, within)
+        calibration, turn = calibration_at(model.judged, self.problem, within)
         return replace(
             self.problem.without_usual({c.signature.effect for c in causes}),
             residual=model.residual,
             calibration=calibration,
-            calibration_names=numbered(calibration),
             calibration_turn=turn,
             known=known_of(self.case, turn),
-            held=held_of(model.judged, self.rows),
+            held=held_of(model.judged, self.problem),
             accepted=self._accepted(model, causes),
             columns=self.problem.columns[:, :0],
             signatures=(),
@@ -150,7 +145,7 @@ class Subject:
             effect = self.table[signature.effect]
             size = next(p for p in effect.sizes if p.name == signature.parameter)
             owners, shape = dict(signature.owners), dict(signature.shape)
-            found.append(derivative(ideal, self.rows, effect, size, owners, shape, seen=seen))
+            found.append(derivative(ideal, self.problem, effect, size, owners, shape, seen=seen))
         return found
 
     def beside(self, model: Refit, signatures: Iterable[Signature]) -> FloatArray:
@@ -166,7 +161,7 @@ class Subject:
 
     def without_credit(self, extended: Problem, fitted: Refit) -> Problem:
         """The extended problem in rows of equal noise: no model has credit for making it small."""
-        return extended.scaled(shrinkage(self.case, self.rows, fitted.chain, fitted.values))
+        return extended.scaled(shrinkage(self.case, self.problem, fitted.chain, fitted.values))
 
     def _accepted(self, model: Refit, causes: Sequence[Cause]) -> FloatArray:
         """Columns of the effects in the model and of their rivals, shape (m, a)."""

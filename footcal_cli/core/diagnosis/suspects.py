@@ -240,5 +240,5 @@ def _column(
     for size in effect.sizes:
         by = suspect.values.get(size.name, size.neutral) - size.neutral
         if by:
-            column += by * derivative(ideal, found.rows, effect, size, owners, shape)
+            column += by * derivative(ideal, found.problem, effect, size, owners, shape)
     return column if column.any() else None

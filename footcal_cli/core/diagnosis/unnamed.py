@@ -29,7 +29,7 @@ from footcal_cli.core.effects.contract import (
     is_six_axis,
     on_readings,
 )
-from footcal_cli.core.inference.case import Case, Rows, channels_of
+from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.evidence import sign_flip_group
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
@@ -128,7 +128,7 @@ class Unnamed:
         return self.rival or (beside and self.left.bought > allowed * removed)
 
 
-def curves_of(ideal: Case, rows: Rows) -> Curves:
+def curves_of(ideal: Case, rows: Problem) -> Curves:
     """Curves at the loads of the recordings, at unit RMS.
 
     Parameters
@@ -160,7 +160,7 @@ def loads_of(ideal: Case, channels: Sequence[str]) -> dict[str, FloatArray]:
     }
 
 
-def knees_at(ideal: Case, rows: Rows, channel: str, knees: Iterable[float]) -> list[FloatArray]:
+def knees_at(ideal: Case, rows: Problem, channel: str, knees: Iterable[float]) -> list[FloatArray]:
     """What a knee of a channel adds to the residual at each of some loads, shape (m,) each."""
     owners, seen = {channel: (channel,)}, ideal.memory()
     return [

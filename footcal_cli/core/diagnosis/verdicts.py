@@ -22,12 +22,13 @@ from footcal_cli.core.diagnosis.engine import (
     share_of,
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
-from footcal_cli.core.diagnosis.growth import at_an_end, is_nothing, named_columns
+from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
 from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.pairs import in_other_cells
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.sized import is_nothing
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
 from footcal_cli.core.effects.contract import is_six_axis
@@ -37,6 +38,7 @@ from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.parameters import IntArray
+from footcal_cli.core.signals import means_of
 
 CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
 """Verdicts that leave nothing beside the names."""
@@ -89,9 +91,8 @@ def _trifles(subject: Subject, path: Path) -> bool:
             owner, _, parameter = name.rpartition(".")
             if parameter in sizes and owner in dict(cause.signature.owners):
                 change += column * (model.values[name] - sizes[parameter])
-        counts = ((change * problem.noise) ** 2, None)
-        squares, rows = (np.bincount(problem.output, c, len(problem.outputs)) for c in counts)
-        if np.all(squares < rows * problem.tolerance**2):
+        squares, outputs = (change * problem.noise) ** 2, len(problem.outputs)
+        if np.all(means_of(squares, problem.output, outputs, np.inf) < problem.tolerance**2):
             return True
     return False
 
@@ -153,17 +154,17 @@ def _unnamed(
     found = []
     signs = sign_patterns(current.blocks, seed)
     if applies(current, subject.case, causes):
-        curves = curves_of(model.ideal, subject.rows)
+        curves = curves_of(model.ideal, subject.problem)
         found.append(against_curves(subject.problem, current, named, curves, signs, rules))
     axes = bent_axes(subject.case, causes)
     if axes:
-        bends = bends_of(model.ideal, subject.rows, axes)
+        bends = bends_of(model.ideal, subject.problem, axes)
         found.append(against_bends(current, bends, signs))
     held = held_at_zero(model, [subject.table[c.signature.effect] for c in causes], causes)
     if held.any():
         found.append(against_other_sign(current, model.columns, held, signs))
     if applies_to(subject.case, causes):
-        mixtures = mixtures_of(model.ideal, subject.rows)
+        mixtures = mixtures_of(model.ideal, subject.problem)
         found.append(against_mixtures(current, mixtures, signs))
     return tuple(found)
 

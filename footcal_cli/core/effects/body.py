@@ -37,7 +37,7 @@ def heading_rad(log: Log) -> FloatArray:
     return heading
 
 
-def turned(vector: FloatArray, yaw_rad: FloatArray) -> FloatArray:
+def turned_about_z(vector: FloatArray, yaw_rad: FloatArray) -> FloatArray:
     """Vectors (..., 3) turned about z by yaws (n,), shape (n, 3)."""
     cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
     x, y, z = np.moveaxis(np.broadcast_to(vector, (yaw_rad.size, 3)), -1, 0)
@@ -59,8 +59,8 @@ def _see_tilted(acc: FloatArray, log: Log, tilt: FloatArray, yaw_rad: FloatArray
     """Acceleration without gravity as an inertial unit shows it whose frame is rotated by tilt."""
     gravity = np.zeros_like(acc)
     gravity[:, 2] = log.known["gravity_mps2"]
-    specific = turned(acc + gravity, -yaw_rad) @ tilt
-    return turned(specific, yaw_rad) - gravity
+    specific = turned_about_z(acc + gravity, -yaw_rad) @ tilt
+    return turned_about_z(specific, yaw_rad) - gravity
 
 
 def _imu_tilt(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
@@ -84,18 +84,18 @@ def _unslope(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Flo
 
 
 def _accel_bias(log: Log, theta: Theta) -> FloatArray:
-    return turned(_triple(theta, "accel_bias"), heading_rad(log))
+    return turned_about_z(_triple(theta, "accel_bias"), heading_rad(log))
 
 
 def _gain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return scaled_in_body(acc, log, 1.0 + level_of(theta, "accel_gain")), state
+    return scaled_in_body(acc, log, 1.0 + level_share(theta, "accel_gain")), state
 
 
 def _ungain(acc: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return scaled_in_body(acc, log, 1.0 / (1.0 + level_of(theta, "accel_gain"))), state
+    return scaled_in_body(acc, log, 1.0 / (1.0 + level_share(theta, "accel_gain"))), state
 
 
-def level_of(theta: Theta, kind: str) -> FloatArray:
+def level_share(theta: Theta, kind: str) -> FloatArray:
     """Share ahead and to the left; what changes upwards is seen as a force."""
     return np.array([theta[f"{kind}_x"][0], theta[f"{kind}_y"][0], 0.0])
 
@@ -103,11 +103,11 @@ def level_of(theta: Theta, kind: str) -> FloatArray:
 def scaled_in_body(acc: FloatArray, log: Log, by: FloatArray) -> FloatArray:
     """Accelerations (n, 3) times a number per axis of the body, shape (n, 3)."""
     yaw_rad = heading_rad(log)
-    return turned(turned(acc, -yaw_rad) * by, yaw_rad)
+    return turned_about_z(turned_about_z(acc, -yaw_rad) * by, yaw_rad)
 
 
 def _com(log: Log, theta: Theta) -> FloatArray:
-    return turned(_triple(theta, "com_correction"), heading_rad(log))
+    return turned_about_z(_triple(theta, "com_correction"), heading_rad(log))
 
 
 def _mass(_log: Log, theta: Theta) -> FloatArray:

@@ -1,6 +1,6 @@
 """Operators with memory that the effects are made of, vectorised over rows and channels.
 
-A recording starts afresh (`Recording.fresh`) where its stamps step back, and where nothing was
+A recording starts afresh (`RowIntervals.fresh`) where its stamps step back, and where nothing was
 recorded between two blocks for longer than `BREAK_S`: two sessions in one log share no memory.
 Readings by hand are as far apart within a session: where the next session goes on at that pace,
 nothing else was loaded meanwhile, and a cell remembers (`PACE`).
@@ -27,7 +27,7 @@ _FORGOTTEN = 1e-30
 
 
 @dataclass(frozen=True)
-class Recording:
+class RowIntervals:
     """Time between rows, and where a recording starts afresh.
 
     Parameters
@@ -48,7 +48,7 @@ def recording(
     block: IntArray | None = None,
     last_block: int = -1,
     last_apart_s: float = 0.0,
-) -> Recording:
+) -> RowIntervals:
     """Intervals of a chunk, and where a recording starts afresh.
 
     Parameters
@@ -67,23 +67,23 @@ def recording(
         since = time_s - before
         apart = np.concatenate([[last_apart_s], np.where(other | fresh, 0.0, since)[:-1]])
         fresh |= other & (since > np.maximum(BREAK_S, PACE * apart))
-    return Recording(np.where(fresh, 0.0, time_s - before), fresh)
+    return RowIntervals(np.where(fresh, 0.0, time_s - before), fresh)
 
 
 RowState = tuple[float, int, float]
 """Stamp and block of the last row, and how long after the one before it in its block it came."""
 
 
-def rows_of(log: Log, last: RowState | None) -> tuple[Recording, RowState]:
+def row_intervals(log: Log, last: RowState | None) -> tuple[RowIntervals, RowState]:
     """The recording of a log's chunk after the row `last`, and what the next chunk goes on from."""
     return log.of_time(_rows_of_all) if last is None else _rows_after(log, last)
 
 
-def _rows_of_all(log: Log) -> tuple[Recording, RowState]:
+def _rows_of_all(log: Log) -> tuple[RowIntervals, RowState]:
     return _rows_after(log, (None, -1, 0.0))
 
 
-def _rows_after(log: Log, last: tuple[float | None, int, float]) -> tuple[Recording, RowState]:
+def _rows_after(log: Log, last: tuple[float | None, int, float]) -> tuple[RowIntervals, RowState]:
     last_s, last_block, apart_s = last
     passed = recording(log.time_s, last_s, log.block, last_block, apart_s)
     block_before = last_block if len(log) == 1 else int(log.block[-2])
@@ -168,7 +168,7 @@ LowPassState = tuple[float, FloatArray, FloatArray]
 """Last stamp, last input (c,), last output (c,) of a low-pass."""
 
 
-def low_pass(
+def first_order_low_pass(
     x: FloatArray, time_s: FloatArray, time_constant_s: FloatArray, state: LowPassState | None
 ) -> tuple[FloatArray, LowPassState]:
     """First-order low-pass ``τ dy/dt = x − y`` of an input that is linear between its samples.
@@ -188,7 +188,7 @@ def low_pass(
 def invert_low_pass(
     y: FloatArray, time_s: FloatArray, time_constant_s: FloatArray, state: LowPassState | None
 ) -> tuple[FloatArray, LowPassState]:
-    """The input that `low_pass` turned into y; exact."""
+    """The input that `first_order_low_pass` turned into y; exact."""
     swapped = None if state is None else (state[0], state[2], state[1])
     fresh, decay, gain, y_before, x_before = _low_pass_terms(y, time_s, time_constant_s, swapped)
     drive = np.multiply(decay, y_before, out=y_before)

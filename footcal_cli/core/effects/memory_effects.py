@@ -20,16 +20,16 @@ from footcal_cli.core.effects.contract import (
     on_readings,
 )
 from footcal_cli.core.effects.memory import (
-    Recording,
+    RowIntervals,
+    first_order_low_pass,
     invert_low_pass,
     linear_recurrence,
-    low_pass,
     low_pass_decay,
     moment,
     play,
     plus_since,
     recording,
-    rows_of,
+    row_intervals,
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -87,7 +87,7 @@ MOVING = ("walk",)
 def _hysteresis(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     reach, lost = theta["hysteresis_reach"], _lost_slope(theta)
     last, start = state or (None, np.zeros(x.shape[1]))
-    passed, last = rows_of(log, last)
+    passed, last = row_intervals(log, last)
     z = play(x, reach, start, passed.fresh)
     return x + lost * (z - x), (last, z[-1])
 
@@ -105,7 +105,7 @@ def _unhysteresis(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[
     reach = theta["hysteresis_reach"]
     yielding = 1.0 - _lost_slope(theta)
     last, start = state or (None, np.zeros(y.shape[1]))
-    passed, last = rows_of(log, last)
+    passed, last = row_intervals(log, last)
     z = play(y, reach * yielding, start, passed.fresh)
     return y / yielding + (1.0 - 1.0 / yielding) * z, (last, z[-1])
 
@@ -113,7 +113,7 @@ def _unhysteresis(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[
 def _creep(name: str) -> ArrayTransform:
     def crept(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         last, start = state or (None, np.zeros(x.shape[1]))
-        passed, last = rows_of(log, last)
+        passed, last = row_intervals(log, last)
         fresh, decay = _forgetting(passed, theta[f"{name}_time"])
         slow = linear_recurrence(np.where(fresh, 0.0, decay), (1.0 - decay) * x, start)
         return x + theta[name] * slow, (last, slow[-1])
@@ -124,7 +124,7 @@ def _creep(name: str) -> ArrayTransform:
 def _uncreep(name: str) -> ArrayTransform:
     def rested(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         last, start = state or (None, np.zeros(y.shape[1]))
-        passed, last = rows_of(log, last)
+        passed, last = row_intervals(log, last)
         fresh, decay = _forgetting(passed, theta[f"{name}_time"])
         share = 1.0 / (1.0 + theta[name] * (1.0 - decay))
         drive = (1.0 - decay) * share * y
@@ -134,13 +134,13 @@ def _uncreep(name: str) -> ArrayTransform:
     return rested
 
 
-def _forgetting(passed: Recording, time_constant_s: FloatArray) -> tuple[BoolArray, FloatArray]:
+def _forgetting(passed: RowIntervals, time_constant_s: FloatArray) -> tuple[BoolArray, FloatArray]:
     """Rows that start rested (n, 1), and the decay since the row before (n, c)."""
     return passed.fresh[:, None], low_pass_decay(passed.interval_s, time_constant_s)
 
 
 def _lag(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
-    return low_pass(x, log.time_s, theta["sensor_lag"], state)
+    return first_order_low_pass(x, log.time_s, theta["sensor_lag"], state)
 
 
 def _unlag(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:

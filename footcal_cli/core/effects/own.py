@@ -70,7 +70,7 @@ SIGNALS: Mapping[str, SignalKind] = {
 
 
 @dataclass(frozen=True)
-class OwnShape:
+class FormulaShape:
     """A number that only shapes an effect, tried at some values."""
 
     name: str
@@ -106,7 +106,7 @@ class OwnRow:
     bounds: tuple[float, float] = (-np.inf, np.inf)
     per: Scope = Scope.CHANNEL
     experiments: tuple[str, ...] = ()
-    shapes: tuple[OwnShape, ...] = ()
+    shapes: tuple[FormulaShape, ...] = ()
     source: str = "the user"
 
 

@@ -23,7 +23,12 @@ from footcal_cli.core.effects.contract import (
     on_readings,
     unchanged,
 )
-from footcal_cli.core.effects.memory import elapsed, invert_low_pass, low_pass, recording
+from footcal_cli.core.effects.memory import (
+    elapsed,
+    first_order_low_pass,
+    invert_low_pass,
+    recording,
+)
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
@@ -204,7 +209,7 @@ def _lagging(log: Log, lag_s: FloatArray, state: State) -> tuple[Log, State]:
     stream = log.of_known(_stream)
     if not stream.size:
         return log, state
-    passed = low_pass if lag_s[0] >= 0.0 else invert_low_pass
+    passed = first_order_low_pass if lag_s[0] >= 0.0 else invert_low_pass
     stream, state = passed(stream, log.time_s, np.abs(lag_s), state)
     return _with_stream(log, stream), state
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from footcal_cli.core.effects.body import heading_rad, level_of, scaled_in_body, turned
+from footcal_cli.core.effects.body import heading_rad, level_share, scaled_in_body, turned_about_z
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
@@ -29,7 +29,7 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 
 def _swung(log: Log, theta: Theta) -> FloatArray:
     known = log.known
-    acc = scaled_in_body(known["com_acc_mps2"], log, level_of(theta, "limb_swing"))
+    acc = scaled_in_body(known["com_acc_mps2"], log, level_share(theta, "limb_swing"))
     lever = (known["mass_kg"] * known["com_m"][:, 2])[:, None]
     return np.asarray(lever * np.stack([-acc[:, 1], acc[:, 0]], axis=1))
 
@@ -58,7 +58,7 @@ def _of_the_gait(log: Log, theta: Theta) -> FloatArray:
             course += theta[f"gait_moment_{axis}_sin{k}"][0] * np.sin(k * phase)
             course += theta[f"gait_moment_{axis}_cos{k}"][0] * np.cos(k * phase)
     along = np.nan_to_num(along)  # no whole cycle
-    return turned(np.vstack([along, np.zeros(len(log))]).T, heading_rad(log))[:, :2]
+    return turned_about_z(np.vstack([along, np.zeros(len(log))]).T, heading_rad(log))[:, :2]
 
 
 def _legs_swung(log: Log, theta: Theta) -> FloatArray:

@@ -70,11 +70,14 @@ def hanging_effect(model: HangModel) -> Effect:
 def hanging_chain(model: HangModel) -> Chain:
     """All that `hang-calib` fits to a leg: offsets, and what hangs on them."""
     return chain_of(
-        [link(OFFSET, channels_of(model)), Link(hanging_effect(model), {model.leg: (model.leg,)})]
+        [
+            link(OFFSET, channels_of_leg(model)),
+            Link(hanging_effect(model), {model.leg: (model.leg,)}),
+        ]
     )
 
 
-def channels_of(model: HangModel) -> tuple[str, ...]:
+def channels_of_leg(model: HangModel) -> tuple[str, ...]:
     """Channels of the leg's transducer."""
     return tuple(f"{model.leg}.{axis}" for axis in AXES)
 
@@ -177,7 +180,7 @@ def _rows_at_rest(model: HangModel) -> tuple[Log, FloatArray]:
     }
     log = Log(
         EXPERIMENT.name,
-        channels_of(model),
+        channels_of_leg(model),
         np.tile(late, runs),
         np.zeros((runs * size, 6)),
         known,

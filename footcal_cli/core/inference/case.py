@@ -1,4 +1,4 @@
-"""A real experiment as rows of one residual: which rows, in which order, cut into which blocks."""
+"""What is asked of a real experiment, and which rows of its residual answer, in which blocks."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.experiments import contract
 from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.inference.lines import Series
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
@@ -57,7 +58,7 @@ class Case:
         Rows of a block are pieces of one observation, a stance.
     shared_blocks
         Blocks of the same number in different logs are one block (legs that hang together).
-    settings
+    setting_key
         Key of `Log.known` that numbers settings-up (hangings) whose offsets and gains differ.
     least_noise
         Channel -> noise that its converter's step alone makes, in the channel's physical unit.
@@ -92,7 +93,7 @@ class Case:
     demand_noisy: bool = False
     pieces: bool = False
     shared_blocks: bool = False
-    settings: str = ""
+    setting_key: str = ""
     least_noise: Mapping[str, float] = field(default_factory=dict)
     reading_noise_n: float = 0.0
     raw: Series | None = None
@@ -129,48 +130,9 @@ class Case:
         return replace(self, chain=chain, values=dict(values))
 
 
-@dataclass(frozen=True)
-class Rows:
-    """Which errors of the balance count, in the order of a problem's rows.
-
-    Parameters
-    ----------
-    log, row, column
-        Where each entry comes from, shape (m,).
-    block, output, sequence
-        As in `footcal_cli.core.inference.problem.Problem`.
-    outputs, units
-        Pooled outputs.
-    noise
-        Robust sd of each output, in its unit, spread over the rows, shape (m,).
-    least
-        What the converters' steps alone make of `noise`, as a share of it, shape (outputs,).
-    rate_hz
-        Sampling rate within sequences, 0 where rows are no series.
-    time_s
-        Stamp of each entry, shape (m,).
-    places
-        Per log: which entries come from it, and where in its judged errors, flattened, they stand.
-    """
-
-    log: IntArray
-    row: IntArray
-    column: IntArray
-    block: IntArray
-    output: IntArray
-    sequence: IntArray
-    outputs: tuple[str, ...]
-    units: tuple[str, ...]
-    noise: FloatArray
-    rate_hz: float
-    time_s: FloatArray
-    least: FloatArray
-    places: tuple[tuple[slice | IntArray, IntArray], ...]
-
-
 def residual(
     case: Case,
-    rows: Rows,
+    rows: Problem,
     values: Mapping[str, float],
     chain: Chain | None = None,
     only: Sequence[int] | None = None,
@@ -186,7 +148,7 @@ def residual(
         From `Case.memory`, where many near-equal values are tried one after the other.
     """
     used = chain or case.chain
-    out = np.zeros(rows.row.size)
+    out = np.zeros(rows.residual.size)
     for i in range(len(case.logs)) if only is None else only:
         of_log = None if seen is None else seen[i]
         log, judged = case.recorded(i, used, values)
@@ -227,8 +189,8 @@ def every(log: Log, stride: int) -> Log:
     )
 
 
-def rows_of(case: Case) -> Rows:
-    """Choose and order the rows of a case from its baseline."""
+def rows_of(case: Case) -> Problem:
+    """Choose and order the rows of a case from its baseline; nothing explains them yet."""
     balances = [
         contract.residual(case.experiment, case.chain, log, case.values) for log in case.logs
     ]
@@ -278,12 +240,15 @@ def rows_of(case: Case) -> Rows:
         floor = float(np.median(steps)) if steps else 0.0
         sd = max(_robust_sd(error[mine]), floor)
         noise[mine], least[o] = sd, floor / sd
-    return Rows(
-        log=where[0], row=where[1], column=where[2],
+    matters = [case.tolerance_nm if units[p] == "Nm" else case.tolerance_n for p in pooled]
+    none = np.empty((order.size, 0))
+    return Problem(
+        residual=error / noise, calibration=none, columns=none, signatures=(),
+        log=where[0], row=where[1], column=where[2], time_s=time[order], places=tuple(places),
         block=_merged(np.asarray(block)[order]), output=where[4], sequence=_renumbered(where[5]),
-        outputs=tuple(pooled), units=tuple(units[p] for p in pooled), noise=noise,
-        rate_hz=_rate_hz(where[5], time[order]), time_s=time[order], least=least,
-        places=tuple(places),
+        outputs=tuple(pooled), units=tuple(units[p] for p in pooled), noise=noise, least=least,
+        tolerance=np.array(matters), rate_hz=_rate_hz(where[5], time[order]),
+        alike=case.alike, drifts=case.drifts, pieces=case.pieces, raw=case.raw,
     )  # fmt: skip
 
 

@@ -26,9 +26,9 @@ from footcal_cli.core.inference.tracking import (
     PART_S,
     Tracking,
     Walk,
+    block_starts,
     innovations,
-    parts_of,
-    starts_of,
+    tracked_parts,
 )
 from footcal_cli.core.inference.wandering import variance_beside, wandering_columns
 from footcal_cli.core.inference.whitening import PIECE, Noise, RowWhitener
@@ -246,7 +246,7 @@ def _raw_stretches(
     The few rows of a part of which none was kept, at the end of a block, go with the stretch next
     to it; those of a block without a stretch belong to none.
     """
-    starts = starts_of(tracking, problem.block)
+    starts = block_starts(tracking, problem.block)
 
     def key(rows: IntArray) -> tuple[int, int]:
         block = int(problem.block[rows[0]])
@@ -254,7 +254,7 @@ def _raw_stretches(
 
     number = {key(rows): i for i, rows in reversed(list(enumerate(stretches)))}
     own: list[list[IntArray]] = [[] for _ in stretches]
-    for rows in parts_of(tracking, problem.block):
+    for rows in tracked_parts(tracking, problem.block):
         at = key(rows)
         if at not in number:
             beside = [other for other in number if other[0] == at[0]]

@@ -13,8 +13,9 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.experiments.contract import residual
-from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.ideal import TORQUE_SHARE
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 
@@ -22,7 +23,7 @@ _PROBE = 1e-3
 """Size of the noise that is sent through, against the spread of the readings."""
 
 
-def shrinkage(case: Case, rows: Rows, chain: Chain, values: Mapping[str, float]) -> FloatArray:
+def shrinkage(case: Case, rows: Problem, chain: Chain, values: Mapping[str, float]) -> FloatArray:
     """Noise of each entry under a model over that under the baseline, shape (m,).
 
     Above 1 too: a dead zone makes the noise of small loads larger where the hinge that equals it
@@ -42,7 +43,7 @@ def shrinkage(case: Case, rows: Rows, chain: Chain, values: Mapping[str, float])
 
 
 def _ratio(
-    case: Case, rows: Rows, chain: Chain, values: Mapping[str, float], *, slow: bool
+    case: Case, rows: Problem, chain: Chain, values: Mapping[str, float], *, slow: bool
 ) -> FloatArray:
     """What the model makes of a probe over what the baseline makes of it, shape (outputs,)."""
     before, after = np.zeros(len(rows.outputs)), np.zeros(len(rows.outputs))

@@ -1,4 +1,8 @@
-"""The diagnosis problem in arrays: what is left, what calibration explains, what effects do."""
+"""A case linearised: what is left in each row, what calibration explains, what effects do.
+
+`footcal_cli.core.inference.case.Case` says what is asked: recordings, a model, what matters. A
+`Problem` is that question in arrays, row by row; it knows no chain and no effect but by name.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +21,7 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import starts_of
 
 _RCOND = 1e-10
+_OF_NONE: IntArray = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,7 @@ class Problem:
     ----------
     residual
         Measured − demanded at the fitted calibration, in units of the assumed noise, shape (m,).
-    calibration, calibration_names
+    calibration
         Derivative of the residual by what the user calibrates anyway, shape (m, p).
     columns, signatures
         What each candidate of size one adds to the residual, shape (m, k), and what it is.
@@ -82,6 +87,13 @@ class Problem:
         Assumed noise sd of each row in the output's unit, shape (m,).
     tolerance
         Smallest RMS error of each output that matters, in its unit, shape (outputs,).
+    log, row, column
+        Where each row comes from, shape (m,): which log, which row of it, and which column of its
+        balance; empty where rows come from no recording, as `time_s` and `places` are.
+    time_s
+        Stamp of each row, shape (m,).
+    places
+        Per log: which rows come from it, and where in its judged errors, flattened, they stand.
     regressors
         Recorded signals that anything unknown might depend on, each (m,).
     rate_hz
@@ -129,7 +141,6 @@ class Problem:
 
     residual: FloatArray
     calibration: FloatArray
-    calibration_names: tuple[str, ...]
     columns: FloatArray
     signatures: tuple[Signature, ...]
     block: IntArray
@@ -139,6 +150,11 @@ class Problem:
     units: tuple[str, ...]
     noise: FloatArray
     tolerance: FloatArray
+    log: IntArray = field(default_factory=lambda: _OF_NONE)
+    row: IntArray = field(default_factory=lambda: _OF_NONE)
+    column: IntArray = field(default_factory=lambda: _OF_NONE)
+    time_s: FloatArray = field(default_factory=lambda: np.empty(0))
+    places: tuple[tuple[slice | IntArray, IntArray], ...] = ()
     regressors: Mapping[str, FloatArray] = field(default_factory=dict)
     rate_hz: float = 0.0
     covariates: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -162,7 +178,7 @@ class Problem:
     def __post_init__(self) -> None:
         rows = self.residual.shape[0]
         shapes = {
-            "calibration": (self.calibration.shape, (rows, len(self.calibration_names))),
+            "calibration": (self.calibration.shape, (rows, self.calibration.shape[-1])),
             "columns": (self.columns.shape, (rows, len(self.signatures))),
             "block": (self.block.shape, (rows,)),
             "output": (self.output.shape, (rows,)),
@@ -181,6 +197,17 @@ class Problem:
     def law(self) -> Noise:
         """What its noise is like, from the residual."""
         return law_of_noise(self)
+
+    @property
+    def bare(self) -> Problem:
+        """The same rows and what they are like, nothing that explains them."""
+        none = self.columns[:, :0]
+        return replace(
+            self, calibration=none, columns=none, signatures=(), regressors={}, covariates={},
+            excluded=(), calibration_turn=None, accepted=None, tracking=None, settings=None,
+            traces=None, known=None, held=None, usual=None, usual_of=(),
+            usual_of_any_size=frozenset(),
+        )  # fmt: skip
 
     @property
     def without_candidates(self) -> Problem:
@@ -228,6 +255,7 @@ class Problem:
             columns=mean(self.columns), noise=self.noise[starts], block=self.block[starts],
             output=self.output[starts], sequence=np.arange(starts.size),
             regressors={name: mean(values) for name, values in self.regressors.items()},
+            log=_OF_NONE, row=_OF_NONE, column=_OF_NONE, time_s=np.empty(0), places=(),
             pieces=False,
             accepted=None if self.accepted is None else mean(self.accepted),
             held=None if self.held is None else mean(self.held),

@@ -10,7 +10,7 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.inference.case import Case, Rows, residual
+from footcal_cli.core.inference.case import Case, residual
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.freed import Freed, acts, around, bounded, freed_of, seen
 from footcal_cli.core.inference.grams import Grams, whitened_grams
@@ -86,7 +86,6 @@ class Refit:
 
 def refit(
     case: Case,
-    rows: Rows,
     problem: Problem,
     accepted: Sequence[tuple[Effect, Signature]],
     start: Mapping[str, float],
@@ -101,7 +100,7 @@ def refit(
 
     Parameters
     ----------
-    case, rows
+    case
         The baseline (without the accepted effects).
     problem
         Built on the baseline; its residual and columns are replaced.
@@ -117,11 +116,11 @@ def refit(
         freed += freed_of(effect, signature)
     values = {**case.values, **start}
     memory = case.memory()
-    left = residual(case, rows, values, chain, seen=memory)
+    left = residual(case, problem, values, chain, seen=memory)
     ideal = balanced(case, values, chain, judged=True, seen=memory)
-    columns = _columns(ideal, rows, chain, values, freed)
+    columns = _columns(ideal, problem, chain, values, freed)
     kept = seen(freed, problem, columns, values)
-    fit = _Fit(case, rows, problem, within_blocks(problem), chain, tuple(kept), memory)
+    fit = _Fit(case, problem, within_blocks(problem), chain, tuple(kept), memory)
     columns = columns[:, [f in kept for f in freed]]
     at = fit.awake(fit.linearised(values, left, ideal, columns))
     way, share = _step(at, fit.freed), 1.0
@@ -192,7 +191,6 @@ class _Fit:
     """
 
     case: Case
-    rows: Rows
     problem: Problem
     within: Within
     chain: Chain
@@ -203,12 +201,12 @@ class _Fit:
         """The model at some values."""
         left = self.left(values)
         ideal = balanced(self.case, values, self.chain, judged=True, seen=self.memory)
-        columns = _columns(ideal, self.rows, self.chain, values, self.freed)
+        columns = _columns(ideal, self.problem, self.chain, values, self.freed)
         return self.linearised(values, left, ideal, columns)
 
     def left(self, values: Mapping[str, float]) -> FloatArray:
         """The residual at some values, shape (m,)."""
-        return residual(self.case, self.rows, values, self.chain, seen=self.memory)
+        return residual(self.case, self.problem, values, self.chain, seen=self.memory)
 
     def linearised(
         self,
@@ -331,7 +329,7 @@ def _moved(at: _Point, by: FloatArray, freed: Sequence[Freed]) -> dict[str, floa
 
 
 def _columns(
-    ideal: Case, rows: Rows, chain: Chain, values: Mapping[str, float], freed: Sequence[Freed]
+    ideal: Case, rows: Problem, chain: Chain, values: Mapping[str, float], freed: Sequence[Freed]
 ) -> FloatArray:
     """What a change of each freed parameter adds to the residual, shape (m, freed)."""
     columns, seen = [], ideal.memory()

@@ -137,7 +137,7 @@ def _levels(
     return level, np.sqrt(factor[:, None] / np.maximum(mass, 1e-300)), variance, dof
 
 
-def level_of(values: FloatArray, sd: FloatArray) -> Level:
+def level_of_sessions(values: FloatArray, sd: FloatArray) -> Level:
     """Weighted mean of sessions without a change among them.
 
     Parameters

@@ -17,7 +17,8 @@ import numpy as np
 
 from footcal_cli.core.chain import Link, Seen
 from footcal_cli.core.effects.contract import Effect, EffectParameter, Scope, columns_of, units_of
-from footcal_cli.core.inference.case import Case, Rows
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -66,7 +67,7 @@ class Responses:
     """
 
     case: Case
-    rows: Rows
+    rows: Problem
     seen: Sequence[Seen]
     _gains: dict[int, _Gains] = field(default_factory=dict, init=False, repr=False)
     _apart: dict[tuple[str, str, int], bool] = field(default_factory=dict, init=False, repr=False)
@@ -91,7 +92,7 @@ class Responses:
         shapes = {f"{BESIDE}{u}.{k}": v for u in units for k, v in shape.items()}
         values = {**self.case.values, **shapes}
         low, high = ends_of(size)
-        found = {u: np.zeros(self.rows.row.size) for u in units}
+        found = {u: np.zeros(self.rows.residual.size) for u in units}
         for i, log in enumerate(self.case.logs):
             key = effect.name, size.name, i
             if not self._apart.get(key, True):
@@ -113,7 +114,7 @@ class Responses:
             if not self._apart.get(key, True) or not _same(gains.truth.known, every.known):
                 return None
             change = (moved(low, units).readings - every.readings) / (high - low)
-            here = np.arange(self.rows.row.size)[self.rows.places[i][0]]
+            here = np.arange(self.rows.residual.size)[self.rows.places[i][0]]
             for unit, own in columns.items():
                 for c in np.arange(len(log.channels))[own]:
                     at, row, gain = gains.columns[c]

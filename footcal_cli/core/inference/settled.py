@@ -76,7 +76,7 @@ Whiten = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
-class Within:
+class WithinSetting:
     """The law of what differs between the parts of a setting.
 
     Parameters
@@ -126,7 +126,7 @@ class Settled:
         Of each column of Z between settings, shape (q,).
     """
 
-    within: Within
+    within: WithinSetting
     loose: FloatArray
     groups: list[IntArray]
     variance: FloatArray
@@ -199,7 +199,7 @@ def _within(
     parts: list[Parts],
     groups: list[IntArray],
     shown: BoolArray,
-) -> Within:
+) -> WithinSetting:
     """The law between parts, where a setting has any.
 
     Parameters
@@ -214,11 +214,11 @@ def _within(
         Rows of each setting, and which columns of Z it shows.
     """
     if not parts:
-        return Within(np.ones(white.shape[0]), loose, [], [])
+        return WithinSetting(np.ones(white.shape[0]), loose, [], [])
     level = row_levels(white[:, -1], loose, parts)
     scaled, own = loose / level[:, None], white / level[:, None]
     left = beside_settings(own[:, common], own[:, -1], scaled, groups, shown)
-    return Within(level, scaled, parts, part_variances(left, scaled, parts))
+    return WithinSetting(level, scaled, parts, part_variances(left, scaled, parts))
 
 
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:

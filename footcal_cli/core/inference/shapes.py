@@ -55,7 +55,7 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
     if shape.grid_of is GridOf.LABEL:
         return labels_of(case)
     if shape.grid_of is GridOf.HOLE:
-        return [float(h) for h in holes_of(case)]
+        return [float(h) for h in holes_in_use(case)]
     if shape.grid_of is GridOf.LOAD and not is_six_axis(channels_of(case.logs)):
         largest = max(_largest(case, log, effect.scope) for log in case.logs)
         return [float(np.clip(v * largest, shape.lower, shape.upper)) for v in shape.grid]
@@ -63,7 +63,7 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
         return list(_EARLY_S)
     if shape.grid_of is GridOf.SPAN:
         longest = max(case.logs, key=lambda log: float(np.ptp(log.time_s)))
-        return times_of(longest, shape.grid)
+        return possible_times(longest, shape.grid)
     if shape.grid_of is GridOf.DURATION:
         longest_s = max(float(np.ptp(log.time_s)) for log in case.logs)
         return [float(np.clip(v * longest_s, shape.lower, shape.upper)) for v in shape.grid]
@@ -80,7 +80,7 @@ def _largest(case: Case, log: Log, scope: Scope) -> float:
     return max(float(np.nanquantile(force, _LARGEST, axis=0).max()), 1e-6)
 
 
-def times_of(log: Log, shares: Sequence[float]) -> list[float]:
+def possible_times(log: Log, shares: Sequence[float]) -> list[float]:
     """Times since the start at which something may have happened, s: in pauses, and in between.
 
     What happened in a pause changed everything after it and nothing before: a time a few rows
@@ -117,7 +117,7 @@ def labels_of(case: Case) -> list[float]:
     return labels if len(labels) <= MOST_LABELS else []
 
 
-def holes_of(case: Case) -> list[int]:
+def holes_in_use(case: Case) -> list[int]:
     """Numbers of the holes in use."""
     numbers = [log.known["hole"] if "hole" in log.known else log.block.astype(float)
                for log in case.logs]  # fmt: skip

@@ -17,8 +17,8 @@ from footcal_cli.core.effects.contract import (
     can_carry,
     units_of,
 )
-from footcal_cli.core.inference.case import Case, Rows, channels_of, residual
-from footcal_cli.core.inference.problem import Excluded, Signature
+from footcal_cli.core.inference.case import Case, channels_of, residual
+from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.responses import BESIDE, Responses, ends_of
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.parameters import FloatArray
@@ -35,7 +35,7 @@ SWITCHES = having(Trait.SWITCH)
 
 
 @dataclass(frozen=True)
-class Columns:
+class LibraryColumns:
     """Signatures with their columns, and what could not have one.
 
     Parameters
@@ -50,7 +50,7 @@ class Columns:
 
 
 def calibration_columns(
-    case: Case, rows: Rows, within: FloatArray | None = None
+    case: Case, rows: Problem, within: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """``dr/dθ`` of the calibration by central differences, as independent columns.
 
@@ -73,9 +73,9 @@ def calibration_columns(
     steps = np.array([parameter.step for parameter in parameters])
     ways = np.diag(steps) if within is None else within
     if not ways.size:
-        return np.empty((rows.row.size, 0)), np.empty((0, 0))
+        return np.empty((rows.residual.size, 0)), np.empty((0, 0))
     ways = ways / np.max(np.abs(ways) / steps[:, None], axis=0)
-    raw = np.empty((rows.row.size, ways.shape[1]))
+    raw = np.empty((rows.residual.size, ways.shape[1]))
     at = {p.name: case.values.get(p.name, p.value) for p in parameters}
     seen = case.memory()
     for i, way in enumerate(_DIFFERENCE * ways.T):
@@ -89,7 +89,7 @@ def calibration_columns(
     norm = np.where(norm > 0, norm, np.inf)
     left, singular, right = np.linalg.svd(raw / norm, full_matrices=False)
     kept = singular > 1e-9 * singular.max(initial=0.0)
-    size = np.sqrt(rows.row.size)
+    size = np.sqrt(rows.residual.size)
     turn = ways @ ((right[kept].T / singular[kept]) / norm[:, None]) * size
     return np.asarray(left[:, kept] * size), np.asarray(turn)
 
@@ -116,9 +116,9 @@ def _moved(
     }  # fmt: skip
 
 
-def direction_columns(case: Case, rows: Rows, *, lasting: bool = False) -> FloatArray:
+def direction_columns(case: Case, rows: Problem, *, lasting: bool = False) -> FloatArray:
     """What one prior sd of each way of drifting, or of lasting, adds to the residual, (m, p)."""
-    columns, seen = [np.empty((rows.row.size, 0))], case.memory()
+    columns, seen = [np.empty((rows.residual.size, 0))], case.memory()
     for direction in case.directions:
         if direction.lasting is not lasting:
             continue
@@ -133,8 +133,8 @@ def direction_columns(case: Case, rows: Rows, *, lasting: bool = False) -> Float
 
 
 def library_columns(
-    case: Case, rows: Rows, effects: Iterable[Effect], measured: Case | None = None
-) -> Columns:
+    case: Case, rows: Problem, effects: Iterable[Effect], measured: Case | None = None
+) -> LibraryColumns:
     """Signatures of all effects, for every place that may carry them and every shape.
 
     Parameters
@@ -171,7 +171,9 @@ def library_columns(
         found, made = effect_columns(raw if effect.name in SWITCHES else responses, effect)
         signatures += found
         columns += made
-    return Columns(tuple(signatures), _side_by_side(columns, rows.row.size), tuple(excluded))
+    return LibraryColumns(
+        tuple(signatures), _side_by_side(columns, rows.residual.size), tuple(excluded)
+    )
 
 
 def _side_by_side(columns: Sequence[FloatArray], rows: int) -> FloatArray:
@@ -233,7 +235,7 @@ def effect_columns(
         if not kept and not taken:
             where, owners, _ = places(effect, units)[0]
             signatures.append(Signature(effect.name, size.name, where, size.unit, owners=owners))
-            columns.append(np.zeros(rows.row.size))
+            columns.append(np.zeros(rows.residual.size))
     return signatures, columns
 
 
@@ -256,11 +258,11 @@ def _units(case: Case, effect: Effect) -> tuple[str, ...]:
 
 
 Owners = tuple[tuple[str, tuple[str, ...]], ...]
-Place = tuple[str, Owners, tuple[str, ...]]
+EffectPlace = tuple[str, Owners, tuple[str, ...]]
 """Where in words, owners as in a link, and the units that share the size."""
 
 
-def places(effect: Effect, units: Sequence[str]) -> list[Place]:
+def places(effect: Effect, units: Sequence[str]) -> list[EffectPlace]:
     """Who may carry an effect: everyone alike, one foot's cells, a single one.
 
     Returns
@@ -272,7 +274,7 @@ def places(effect: Effect, units: Sequence[str]) -> list[Place]:
         return [("robot", alone, ("robot",))]
     noun = {Scope.CHANNEL: "cells", Scope.FOOT: "feet", Scope.LEG: "legs"}[effect.scope]
     every = tuple(units)
-    found: list[Place] = []
+    found: list[EffectPlace] = []
     if len(every) > 1:
         found.append((f"all {noun}", (("all", every),), every))
         feet = dict.fromkeys(u.split("_", 1)[0] for u in every)
@@ -299,7 +301,7 @@ def own_place(case: Case, effect: Effect) -> tuple[str, Owners] | None:
 
 def derivative(
     case: Case,
-    rows: Rows,
+    rows: Problem,
     effect: Effect,
     size: EffectParameter,
     owners: Mapping[str, tuple[str, ...]],
@@ -334,7 +336,7 @@ def derivative(
 
 def _far(
     case: Case,
-    rows: Rows,
+    rows: Problem,
     effect: Effect,
     size: EffectParameter,
     unit: str,

@@ -98,7 +98,7 @@ def gain_and_bias(
     return tuple(found)
 
 
-def starts_of(tracking: Tracking, block: IntArray) -> FloatArray:
+def block_starts(tracking: Tracking, block: IntArray) -> FloatArray:
     """First stamp of each block, shape (B,)."""
     start = np.full(int(block.max()) + 1, np.inf)
     np.minimum.at(start, block, tracking.time_s)
@@ -141,16 +141,16 @@ def stretches_of(tracking: Tracking, block: IntArray) -> tuple[Stretch, ...]:
     """Stretches of rows that `tracking` and `block` belong to, in the order of time."""
     found: list[Stretch] = []
     before, middle = -1, 0.0
-    for rows in parts_of(tracking, block):
+    for rows in tracked_parts(tracking, block):
         recording, now = int(tracking.recording[rows[0]]), float(tracking.time_s[rows].mean())
         found.append(Stretch(rows, now - middle if found and recording == before else None))
         before, middle = recording, now
     return tuple(found)
 
 
-def parts_of(tracking: Tracking, block: IntArray) -> list[IntArray]:
+def tracked_parts(tracking: Tracking, block: IntArray) -> list[IntArray]:
     """Rows of each stretch of at most `PART_S` within a block, in the order of time."""
-    part = np.floor((tracking.time_s - starts_of(tracking, block)[block]) / PART_S)
+    part = np.floor((tracking.time_s - block_starts(tracking, block)[block]) / PART_S)
     order = np.lexsort((part, block))
     keys = np.stack([block[order], part[order]], axis=1)
     cuts = np.flatnonzero(np.any(np.diff(keys, axis=0) != 0, axis=1)) + 1

@@ -12,7 +12,7 @@ from footcal_cli.core.inference.linear import orthogonal, orthonormal
 from footcal_cli.core.inference.settled import Settled, settled
 from footcal_cli.core.inference.tracking import Tracking, Walk, stretches_of, walk_variance
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.signals import autocorrelation_time, begins, starts_of
+from footcal_cli.core.signals import autocorrelation_time, begins, means_of, starts_of
 
 if TYPE_CHECKING:
     from footcal_cli.core.inference.problem import Problem
@@ -280,8 +280,7 @@ def within_blocks(problem: Problem) -> Within:
     for _ in range(_REWEIGHTED):
         left = _within(problem, unit)(problem.residual)
         outputs = len(problem.outputs)
-        squares, rows = (np.bincount(problem.output, w, outputs) for w in (left**2, None))
-        rms = np.sqrt(squares / np.maximum(rows, 1))
+        rms = np.sqrt(means_of(left**2, problem.output, outputs))
         unit = np.maximum(rms, _LEAST * rms.max(initial=0.0) + 1e-300)[problem.output]
     return _within(problem, unit)
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from footcal_cli.core.log import Log
-from footcal_cli.core.online.filter import Guards, Noise, run_filter
+from footcal_cli.core.online.filter import Guards, WalkNoise, run_filter
 from footcal_cli.core.online.reference_states import advanced
 from footcal_cli.core.online.rows import Rows
 
@@ -29,7 +29,7 @@ _SETTLED_S = 2e-4
 
 
 def aligned(
-    log: Log, rows_of: Callable[[Log, float], Rows], state: str, noise: Noise, guards: Guards,
+    log: Log, rows_of: Callable[[Log, float], Rows], state: str, noise: WalkNoise, guards: Guards,
     passes: int,
 ) -> tuple[float, Log, Rows]:  # fmt: skip
     """The delay, searched and then estimated until it settles; the log moved by it, and its rows.
@@ -57,7 +57,7 @@ def aligned(
 
 
 def coarse_delay_s(
-    log: Log, rows_of: Callable[[Log], Rows], state: str, noise: Noise, guards: Guards
+    log: Log, rows_of: Callable[[Log], Rows], state: str, noise: WalkNoise, guards: Guards
 ) -> float:
     """The delay of highest likelihood on a grid over ± `LARGEST_DELAY_S`; 0 where none is better.
 

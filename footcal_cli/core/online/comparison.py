@@ -14,7 +14,7 @@ from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
     SETTLING_S,
     Consistency,
-    Departure,
+    LeftInterval,
     OverCycles,
     Settling,
     check_consistency,
@@ -53,7 +53,7 @@ _OUTLIER_SD = 6.0
 
 
 @dataclass(frozen=True)
-class Settings:
+class ReplaySettings:
     """How a walk is replayed.
 
     Parameters
@@ -91,7 +91,7 @@ class InParts:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ReplayedWalk:
     """What came out of a walk.
 
     Parameters
@@ -142,7 +142,7 @@ class Comparison:
     taught: tuple[int, int]
     consistency: Consistency
     settling: tuple[Settling, ...]
-    departures: tuple[Departure, ...]
+    departures: tuple[LeftInterval, ...]
     causal: bool
     in_parts: InParts | None = None
 
@@ -191,13 +191,13 @@ class Comparison:
 def compare(
     merged: Merged,
     belief: Belief,
-    settings: Settings,
+    settings: ReplaySettings,
     *,
     truth_n: FloatArray | None = None,
     baseline: Estimates | None = None,
     others: Mapping[str, Replayed] | None = None,
     rng: np.random.Generator,
-) -> Comparison:
+) -> ReplayedWalk:
     """Run the estimator on a walk and judge it, and other methods that ran.
 
     Parameters
@@ -225,14 +225,14 @@ def judged_walk(
     memory: Memory,
     merged: Merged,
     belief: Belief,
-    settings: Settings,
+    settings: ReplaySettings,
     against: References,
     cycle: IntArray,
     settled: BoolArray,
     *,
     others: Mapping[str, Replayed] | None = None,
     skip_s: float = 2.0,
-) -> Comparison:
+) -> ReplayedWalk:
     """Replay a walk, or a part of it, and judge it; without statistics over cycles and time.
 
     Parameters
@@ -270,7 +270,7 @@ def judged_walk(
     )
     validity = _used(merged, memory)
     used = memory.track.used
-    return Comparison(
+    return ReplayedWalk(
         merged, belief, memory, least_n, replayed, reference, cycle, judged, {}, {},
         validity, validity.counts,
         (int(used.sum()), used.size), check_consistency(memory.track, skip_s=skip_s), (), (),
@@ -278,7 +278,7 @@ def judged_walk(
     )  # fmt: skip
 
 
-def with_statistics(found: Comparison, rng: np.random.Generator) -> Comparison:
+def with_statistics(found: ReplayedWalk, rng: np.random.Generator) -> ReplayedWalk:
     """The same with means and ratios over gait cycles, and how the parameters behave in time."""
     per_cycle, ratios = over_cycles(found.judged, rng)
     track, channels = found.memory.track, found.belief.channels
@@ -308,7 +308,7 @@ def _used(merged: Merged, memory: Memory) -> Validity:
     return judge(failures, len(merged.log))
 
 
-def left_interval(found: Departure) -> Finding:
+def left_interval(found: LeftInterval) -> Finding:
     """What a parameter outside its interval says: of a cell, or of the motion that all rest on."""
     of_body = found.name.startswith("robot.")
     return Finding(

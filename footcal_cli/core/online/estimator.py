@@ -15,7 +15,7 @@ import numpy as np
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.filter import run_filter, track_of
-from footcal_cli.core.online.jumps import Jump, JumpBank
+from footcal_cli.core.online.jumps import BiasJump, JumpBank
 from footcal_cli.core.online.live import (
     FIRST_LEARNING_S,
     Learnt,
@@ -54,7 +54,7 @@ class LiveUpdate:
     values: FloatArray
     sd: FloatArray
     delay_s: float
-    jumps: tuple[Jump, ...]
+    jumps: tuple[BiasJump, ...]
 
 
 @dataclass
@@ -65,7 +65,7 @@ class _Running:
     cov: FloatArray
     bank: JumpBank | None
     factor: float
-    jumps: tuple[Jump, ...] = ()
+    jumps: tuple[BiasJump, ...] = ()
 
 
 class LiveEstimator:

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core import chances
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.online.filter import Track
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import autocorrelation_time
 
@@ -101,20 +101,21 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(finite.mean())) if finite.size else float("nan")
 
 
-def _picks(size: int, resamples: int, rng: np.random.Generator) -> Iterator[IntArray]:
-    """Numbers of the cycles of every resample, some resamples at a time, shape (some, size)."""
-    at_once = max(_MOST_PICKS // size, 1)
-    for start in range(0, resamples, at_once):
-        yield rng.integers(0, size, (min(at_once, resamples - start), size))
-
-
 def _ends(
-    drawn: Callable[[IntArray], FloatArray], size: int, resamples: int, rng: np.random.Generator
+    statistic: Callable[..., FloatArray],
+    cycles: Sequence[FloatArray],
+    resamples: int,
+    rng: np.random.Generator,
 ) -> tuple[float, float]:
-    """Percentile interval of what is drawn from each resample of so many cycles."""
-    draws = np.concatenate([drawn(picks) for picks in _picks(size, resamples, rng)])
-    low, high = np.quantile(draws, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
-    return float(low), float(high)
+    """Percentile interval of a statistic of so many values per cycle, resampled together."""
+    from scipy.stats import bootstrap
+
+    found = bootstrap(
+        cycles, statistic, n_resamples=resamples, batch=max(_MOST_PICKS // cycles[0].size, 1),
+        vectorized=True, paired=True, confidence_level=_LEVEL, method="percentile",
+        random_state=rng,
+    ).confidence_interval  # fmt: skip
+    return float(found.low), float(found.high)
 
 
 def bootstrap_mean(
@@ -125,7 +126,7 @@ def bootstrap_mean(
     if values.size < 2:
         value = float(values.mean()) if values.size else float("nan")
         return OverCycles(value, float("nan"), float("nan"), values.size)
-    ends = _ends(lambda p: values[p].mean(axis=1), values.size, resamples, rng)
+    ends = _ends(np.mean, [values], resamples, rng)
     return OverCycles(float(values.mean()), *ends, values.size)
 
 
@@ -144,11 +145,10 @@ def bootstrap_ratio(
     if a.size < 2 or not b.any():
         return OverCycles(float("nan"), float("nan"), float("nan"), a.size)
 
-    def drawn(picks: IntArray) -> FloatArray:
-        return np.asarray(np.sqrt(a[picks].mean(axis=1) / b[picks].mean(axis=1)))
+    def ratio(ours: FloatArray, theirs: FloatArray, axis: int = -1) -> FloatArray:
+        return np.asarray(np.sqrt(ours.mean(axis=axis) / theirs.mean(axis=axis)))
 
-    ends = _ends(drawn, a.size, resamples, rng)
-    return OverCycles(float(np.sqrt(a.mean() / b.mean())), *ends, a.size)
+    return OverCycles(float(ratio(a, b)), *_ends(ratio, [a, b], resamples, rng), a.size)
 
 
 def paired_p(ours: FloatArray, theirs: FloatArray) -> float:
@@ -339,7 +339,7 @@ def repetition(track: Track, phase: FloatArray, totals: int, *, known: bool = Fa
 
 
 @dataclass(frozen=True)
-class Departure:
+class LeftInterval:
     """A parameter that left the interval it was believed to lie in.
 
     Parameters
@@ -360,7 +360,7 @@ class Departure:
     high: float
 
 
-def departures(track: Track, prior_sd: FloatArray) -> list[Departure]:
+def departures(track: Track, prior_sd: FloatArray) -> list[LeftInterval]:
     """Parameters that end outside ± 3 prior sd by more than their own sd, and since when.
 
     Parameters
@@ -378,7 +378,7 @@ def departures(track: Track, prior_sd: FloatArray) -> list[Departure]:
             inside = np.flatnonzero(~outside)
             since = int(inside[-1]) + 1 if inside.size else 0
             found.append(
-                Departure(
+                LeftInterval(
                     name, track.units[i], float(track.time_s[since]),
                     float(track.values[-1, i]), -limit, limit,
                 )

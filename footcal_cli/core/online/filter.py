@@ -16,10 +16,10 @@ import numpy as np
 
 from footcal_cli.core.inference.kalman import correct, innovate, predict
 from footcal_cli.core.online.compiled import kalman_loops
-from footcal_cli.core.online.jumps import Jump, JumpBank
+from footcal_cli.core.online.jumps import BiasJump, JumpBank
 from footcal_cli.core.online.noise import Guards as Guards
-from footcal_cli.core.online.noise import Noise as Noise
-from footcal_cli.core.online.passes import Found, Given, Pass, open_biases
+from footcal_cli.core.online.noise import WalkNoise as WalkNoise
+from footcal_cli.core.online.passes import FilterOutput, Pass, PassInput, open_biases
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import spread
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -71,7 +71,7 @@ class Track:
     gain_nats: FloatArray
     used: BoolArray
     log_likelihood: float
-    jumps: tuple[Jump, ...]
+    jumps: tuple[BiasJump, ...]
 
     def at_end(self, name: str) -> tuple[float, float]:
         """Value and sd of a state after the last update; zeros where it is none of the states."""
@@ -107,10 +107,10 @@ class Track:
 
 def run_filter(
     rows: Rows,
-    noise: Noise,
+    noise: WalkNoise,
     guards: Guards | None = None,
     *,
-    known_jumps: Sequence[Jump] = (),
+    known_jumps: Sequence[BiasJump] = (),
     fast: bool = True,
 ) -> Track:
     """Filter a walk with one setting of the noise.
@@ -132,7 +132,7 @@ def run_filter(
     return track_of(rows, begun, begun.run(rows, guards, bank, fast=fast), bank)
 
 
-def track_of(rows: Rows, passed: Pass, found: Found, bank: JumpBank | None) -> Track:
+def track_of(rows: Rows, passed: Pass, found: FilterOutput, bank: JumpBank | None) -> Track:
     """What a pass found, in the units of the rows."""
     p = len(rows.names)
     return Track(
@@ -156,10 +156,10 @@ def track_of(rows: Rows, passed: Pass, found: Found, bank: JumpBank | None) -> T
 
 def run_settings(
     rows: Rows,
-    noise: Noise,
+    noise: WalkNoise,
     guards: Guards | None = None,
     *,
-    known_jumps: Sequence[Jump] = (),
+    known_jumps: Sequence[BiasJump] = (),
     states: bool = True,
     fast: bool = True,
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
@@ -198,7 +198,7 @@ def run_settings(
     loops = kalman_loops() if fast else None
     if loops is not None:
         log_likelihood = loops.filter_settings(
-            mean, cov, Given.of(rows, tuned), interval, opened, huber, states, values, momentary
+            mean, cov, PassInput.of(rows, tuned), interval, opened, huber, states, values, momentary
         )
         return log_likelihood, values * rows.prior_sd, momentary if tuned.seen.size else None
     log_likelihood = np.zeros(b)

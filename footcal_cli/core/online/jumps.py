@@ -29,7 +29,7 @@ left where the filter's variance is P in units of the prior's; no smaller change
 
 
 @dataclass(frozen=True)
-class Jump:
+class BiasJump:
     """A bias that left its interval at once.
 
     Parameters
@@ -90,7 +90,7 @@ class JumpBank:
     unlearnt: FloatArray
     threshold: float
     least: FloatArray
-    found: list[Jump] = field(default_factory=list)
+    found: list[BiasJump] = field(default_factory=list)
     earlier_s: FloatArray = field(default_factory=lambda: np.zeros(0))
     """Stamps of the updates before `rows`, the last one last."""
 
@@ -186,7 +186,7 @@ class JumpBank:
         index = int(self.biases[which])
         unit = float(self.rows.prior_sd[index])
         self.found.append(
-            Jump(
+            BiasJump(
                 name=self.rows.names[index],
                 onset_s=self._stamp(onset),
                 found_s=self._stamp(proof),

@@ -1,4 +1,6 @@
-"""The Kalman step of `footcal_cli.core.inference.kalman` in loops over a walk, for a compiler.
+"""The Kalman step of `footcal_cli.core.inference.kalman` in loops over a walk.
+
+Written for a compiler (numba).
 
 `footcal_cli.core.online.filter` and its array code give the same answers, slower, where there is
 no compiler (`footcal_cli.core.online.loops`).
@@ -187,8 +189,8 @@ def filter_settings(
 ) -> Any:  # fmt: skip
     """Filter a walk with B settings of the noise, one after another; ln likelihood of each.
 
-    `given` is a `footcal_cli.core.online.passes.Given`; `values` and `momentary` are filled where
-    they are to be kept.
+    `given` is a `footcal_cli.core.online.passes.PassInput`; `values` and `momentary` are filled
+    where they are to be kept.
     """
     walk, slow = given.walk, given.slow
     b, p = walk.shape
@@ -240,7 +242,7 @@ def filter_walk(
 ) -> Any:  # fmt: skip
     """Filter a walk with one setting; the bank of jumps along, where it has any biases.
 
-    `given`, `found` and `bank` are a `Given`, `Found` and `PlainBank` of
+    `given`, `found` and `bank` are a `PassInput`, `FilterOutput` and `PlainBank` of
     `footcal_cli.core.online.passes`; `mean` and `cov` are left as after the last update. Returns
     ln likelihood and number of jumps.
     """
@@ -285,7 +287,7 @@ def filter_walk(
 def _jump(
     j: int, rows: int, decay: Any, mean: Any, cov: Any, room: Any, bank: Any, jumps: int
 ) -> int:
-    """`footcal_cli.core.online.jumps.JumpBank.update`; how many jumps have been found."""
+    """`footcal_cli.core.online.jumps.BiasJumpBank.update`; how many jumps have been found."""
     biases, response, score, weighed = bank.biases, bank.response, bank.score, bank.information
     weight, chol, standard = room.weight, room.total, room.standard
     s, size, count = response.shape

@@ -16,7 +16,7 @@ import numpy as np
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
-from footcal_cli.core.online.filter import Noise, Track, run_filter
+from footcal_cli.core.online.filter import Track, WalkNoise, run_filter
 from footcal_cli.core.online.memory import (
     Memory,
     MemoryOptions,
@@ -24,7 +24,7 @@ from footcal_cli.core.online.memory import (
     believed,
     gait_phase,
     noise_learnt,
-    rows_of,
+    walk_rows,
 )
 from footcal_cli.core.online.reference_states import HINDSIGHT_STATES, advanced
 from footcal_cli.core.online.rows import Rows
@@ -41,7 +41,7 @@ class Learnt:
     """What the past has taught: delay, noise, and states that are not needed."""
 
     delay_s: float
-    noise: Noise
+    noise: WalkNoise
     tuning: Tuning | None
     unneeded: tuple[str, ...]
 
@@ -81,7 +81,7 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
     """
     options = of_live(options)
     size = options.samples_per_update
-    every = rows_of(log, belief, options)
+    every = walk_rows(log, belief, options)
     every.refuse_if_empty()
     updates = every.time_s
     learnt = Learnt(0.0, options.noise, None, ())
@@ -100,7 +100,7 @@ def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> 
         if stop < updates.size:
             learnt = learn(seen, rows, track, learnt, belief, options)
     moved = advanced(log, last.delay_s)
-    rows = _without(rows_of(moved, belief, options), last.unneeded)
+    rows = _without(walk_rows(moved, belief, options), last.unneeded)
     live = _joined(pieces, rows, last.delay_s)
     past = run_smoother(rows, last.noise, options.guards, live.jumps)
     return Memory(
@@ -120,7 +120,7 @@ def rows_by_then(
 ) -> Rows:
     """The first rows of a log with what had been learnt."""
     moved = advanced(log, learnt.delay_s)
-    return _without(rows_of(moved, belief, options), learnt.unneeded).part(0, updates)
+    return _without(walk_rows(moved, belief, options), learnt.unneeded).part(0, updates)
 
 
 def repeated_by_then(log: Log, rows: Rows, track: Track, options: MemoryOptions) -> float:
@@ -151,7 +151,7 @@ def learn(
         coarse = 0.0 if delay else begun_delay_s(seen, belief, options)
         delay += coarse or track.at_end("robot.delay")[0]
     moved = advanced(seen, delay)
-    whole = rows_of(moved, belief, options)
+    whole = walk_rows(moved, belief, options)
     noise, tuning = noise_learnt(whole, options, track.jumps)
     first = run_filter(whole, noise, options.guards)
     factor = repetition(first, gait_phase(moved, whole), whole.totals)

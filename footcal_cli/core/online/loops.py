@@ -1,7 +1,9 @@
 """How loops are compiled: by numba (``pip install 'footcal[fast]'``).
 
 Imported only where numba is at hand. Machine code is kept beside the sources or in the user's
-cache, so that only the first run compiles.
+cache, so that only the first run compiles. It is found by the line on which a function begins, and
+its types are unpickled before it is asked whether it is stale: whoever renames a tuple that a loop
+takes moves the loops by a line.
 """
 
 from __future__ import annotations

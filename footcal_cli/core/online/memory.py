@@ -25,11 +25,11 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.alignment import aligned, coarse_delay_s
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import repetition
-from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
-from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.filter import Guards, Track, WalkNoise, run_filter
+from footcal_cli.core.online.jumps import BiasJump
 from footcal_cli.core.online.plates import PLATE_MASS, PLATE_STATE, lacking_n
 from footcal_cli.core.online.reference_states import MOMENTUM_SHARES, REFERENCE_STATES, advanced
-from footcal_cli.core.online.replay import Replayed, corrected, held
+from footcal_cli.core.online.replay import Replayed, corrected, held_until_next
 from footcal_cli.core.online.rows import Rows, cell_rows
 from footcal_cli.core.online.smoother import run_smoother
 from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
@@ -130,9 +130,9 @@ class Memory:
     rows: Rows
     track: Track
     smoothed: Track
-    jumps: tuple[Jump, ...]
+    jumps: tuple[BiasJump, ...]
     tuning: Tuning | None
-    noise: Noise
+    noise: WalkNoise
     repeated: float
     delay_s: float
     delay_sd_s: float
@@ -163,7 +163,7 @@ class MemoryOptions:
     states: tuple[str, ...] = tuple(n for n in REFERENCE_STATES if n not in MOMENTUM_SHARES)
     plate: bool = True
     swing: bool = True
-    noise: Noise = field(default_factory=Noise)
+    noise: WalkNoise = field(default_factory=WalkNoise)
     learnt: tuple[str, ...] = LEARNT
     guards: Guards = field(default_factory=Guards)
     samples_per_update: int = 4
@@ -184,11 +184,11 @@ def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -
     options = _for_stream(options or MemoryOptions(), log)
     if options.align and "robot.delay" in options.states:
         delay, moved, rows = aligned(
-            log, lambda moved, _: rows_of(moved, belief, options), "robot.delay", options.noise,
+            log, lambda moved, _: walk_rows(moved, belief, options), "robot.delay", options.noise,
             options.guards, _DELAY_PASSES,
         )  # fmt: skip
     else:
-        delay, moved, rows = 0.0, log, rows_of(log, belief, options)
+        delay, moved, rows = 0.0, log, walk_rows(log, belief, options)
     rows.refuse_if_empty()
     phase = gait_phase(moved, rows)
     noise, tuning, first = _learnt(rows, options)
@@ -228,7 +228,7 @@ def _for_stream(options: MemoryOptions, log: Log) -> MemoryOptions:
     return replace(options, states=(*kept, *MOMENTUM_SHARES))
 
 
-def _learnt(rows: Rows, options: MemoryOptions) -> tuple[Noise, Tuning | None, Track]:
+def _learnt(rows: Rows, options: MemoryOptions) -> tuple[WalkNoise, Tuning | None, Track]:
     """The noise as the innovations have it, how it was found, and the filter's run with it."""
     jumps = run_filter(rows, options.noise, options.guards).jumps if options.learnt else ()
     noise, tuning = noise_learnt(rows, options, jumps)
@@ -236,8 +236,8 @@ def _learnt(rows: Rows, options: MemoryOptions) -> tuple[Noise, Tuning | None, T
 
 
 def noise_learnt(
-    rows: Rows, options: MemoryOptions, jumps: Sequence[Jump]
-) -> tuple[Noise, Tuning | None]:
+    rows: Rows, options: MemoryOptions, jumps: Sequence[BiasJump]
+) -> tuple[WalkNoise, Tuning | None]:
     """The noise as the innovations have it, and how it was found; as given where it is."""
     if not options.learnt:
         return options.noise, None
@@ -250,12 +250,12 @@ def noise_learnt(
 def begun_delay_s(log: Log, belief: Belief, options: MemoryOptions) -> float:
     """The delay that a coarse search finds."""
     return coarse_delay_s(
-        log, lambda moved: rows_of(moved, belief, options), "robot.delay", options.noise,
+        log, lambda moved: walk_rows(moved, belief, options), "robot.delay", options.noise,
         options.guards,
     )  # fmt: skip
 
 
-def rows_of(log: Log, belief: Belief, options: MemoryOptions) -> Rows:
+def walk_rows(log: Log, belief: Belief, options: MemoryOptions) -> Rows:
     """The rows that the options ask for."""
     return cell_rows(
         log,
@@ -268,7 +268,7 @@ def rows_of(log: Log, belief: Belief, options: MemoryOptions) -> Rows:
     )
 
 
-def believed(rows: Rows, noise: Noise, guards: Guards, repeated: float) -> Rows:
+def believed(rows: Rows, noise: WalkNoise, guards: Guards, repeated: float) -> Rows:
     """The rows without the states that the innovations do not speak for.
 
     A state that is not needed is one more way to be wrong. Plates must earn their place always,
@@ -307,13 +307,13 @@ def gait_phase(log: Log, rows: Rows) -> FloatArray:
     return cycle_phase(log.known["contact"])[rows.last_sample]
 
 
-def sized_jumps(jumps: Iterable[Jump], smoothed: Track) -> tuple[Jump, ...]:
+def sized_jumps(jumps: Iterable[BiasJump], smoothed: Track) -> tuple[BiasJump, ...]:
     """Jumps with the sizes that the whole walk gives them, without those that it refutes."""
     found = (sized(jump, smoothed) for jump in jumps)
     return tuple(jump for jump in found if not jump.refuted)
 
 
-def sized(jump: Jump, smoothed: Track) -> Jump:
+def sized(jump: BiasJump, smoothed: Track) -> BiasJump:
     """A jump with the size that the whole walk gives it; the proof saw only its beginning."""
     at = smoothed.names.index(jump.name)
     onset = int(
@@ -330,12 +330,12 @@ def replay_track(
 ) -> Replayed:
     """Forces and CoP along a filter's or a smoother's track."""
     n, c = len(memory.log), len(belief.channels)
-    values = held(memory.rows.last_sample, track.values, n)
+    values = held_until_next(memory.rows.last_sample, track.values, n)
     plates = [i for i, name in enumerate(track.names) if name.endswith((PLATE_STATE, PLATE_MASS))]
     below = lacking_n(memory.log, [track.names[i] for i in plates], values[:, plates])
     bias = values[:, c : 2 * c]
     if track.momentary is not None:
-        bias = bias + held(memory.rows.last_sample, track.momentary, n)
+        bias = bias + held_until_next(memory.rows.last_sample, track.momentary, n)
     return corrected(
         method, memory.log, belief, values[:, :c], bias, below, min_force_n=min_force_n
     )
@@ -344,7 +344,7 @@ def replay_track(
 def memory_reference(memory: Memory) -> Reference:
     """What the motion demands once the delay, CoM offset and L̇ that were found are taken out."""
     log, track = memory.log, memory.smoothed
-    values = held(memory.rows.last_sample, track.values, len(log))
+    values = held_until_next(memory.rows.last_sample, track.values, len(log))
     state = {name: values[:, i] for i, name in enumerate(track.names)}
     none = np.zeros(len(log))
     if "robot.delay" in state:

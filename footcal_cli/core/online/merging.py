@@ -25,7 +25,7 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import (
     Clock,
     acceleration_of,
-    check_clock,
+    clock_of,
     interpolate_stream,
     low_pass_stretches,
 )
@@ -255,7 +255,7 @@ class _Both:
 
 def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, BoolArray]:
     """Rows kept, the clock, and which rows are not beside a gap."""
-    clock = check_clock(sensors.time_s)
+    clock = clock_of(sensors.time_s)
     if clock.keep.size < 4:
         raise DataError(
             f"too few samples have increasing stamps: {clock.keep.size}",
@@ -277,7 +277,7 @@ def _body_on(
     The accelerations of the feet are those of points in the feet's frames, `moved_m` (feet, 3): a
     foot that pitches accelerates its own CoM.
     """
-    clock = check_clock(body.time_s)
+    clock = clock_of(body.time_s)
     keep = clock.keep
     if keep.size < 4:
         raise DataError(

@@ -24,7 +24,7 @@ _SCATTER = _SIGMA**2 + 1.0 / 12.0 - _KEPT**2
 
 
 @dataclass(frozen=True)
-class Noise:
+class WalkNoise:
     """Noise of the rows and of the random walks; every field a scalar or shape (settings,).
 
     Parameters
@@ -73,14 +73,14 @@ class Noise:
         values = np.broadcast_arrays(*[np.atleast_1d(getattr(self, f.name)) for f in fields(self)])
         return np.stack(values, axis=-1)
 
-    def for_weight(self, weight_n: float) -> Noise:
+    def for_weight(self, weight_n: float) -> WalkNoise:
         """The same noise for a robot of another weight, forces and moments in proportion."""
         factor = weight_n / _DEFAULT_WEIGHT_N
         scaled = [f.name for f in fields(self) if f.name.endswith(("_n", "_nm"))]
         return replace(self, **{n: np.asarray(getattr(self, n)) * factor for n in scaled})
 
     @classmethod
-    def of(cls, stacked: FloatArray) -> Noise:
+    def of(cls, stacked: FloatArray) -> WalkNoise:
         """The inverse of `stacked`; a single setting (fields,) gives scalars."""
         names = [f.name for f in fields(cls)]
         if stacked.ndim == 1:
@@ -117,7 +117,7 @@ class Guards:
         return replace(self, jump_threshold=np.inf)
 
 
-def starting_noise(raw_n: FloatArray, idle: BoolArray, weight_n: float) -> Noise:
+def starting_noise(raw_n: FloatArray, idle: BoolArray, weight_n: float) -> WalkNoise:
     """Where learning begins: the default for the robot's weight, and the converter's rounding.
 
     Parameters
@@ -127,7 +127,7 @@ def starting_noise(raw_n: FloatArray, idle: BoolArray, weight_n: float) -> Noise
     idle
         Where the foot of each cell is in the air, shape (n, c).
     """
-    return replace(Noise().for_weight(weight_n), swing_fixed_n=kept_rounding_n(raw_n, idle))
+    return replace(WalkNoise().for_weight(weight_n), swing_fixed_n=kept_rounding_n(raw_n, idle))
 
 
 def kept_rounding_n(raw_n: FloatArray, idle: BoolArray) -> float:

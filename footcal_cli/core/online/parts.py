@@ -16,23 +16,23 @@ import numpy as np
 from footcal_cli.core.contact import gait_cycles
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.comparison import (
-    Comparison,
     InParts,
-    Settings,
+    ReplayedWalk,
+    ReplaySettings,
     judged_walk,
     with_statistics,
 )
 from footcal_cli.core.online.evidence import SETTLING_S, Consistency, Repeats, repeats
-from footcal_cli.core.online.filter import Noise, Track, track_of
+from footcal_cli.core.online.filter import Track, WalkNoise, track_of
 from footcal_cli.core.online.judged import Judged, References
-from footcal_cli.core.online.jumps import Jump, JumpBank
+from footcal_cli.core.online.jumps import BiasJump, JumpBank
 from footcal_cli.core.online.live import run_live
 from footcal_cli.core.online.memory import (
     Memory,
     gait_phase,
-    rows_of,
     run_memory,
     sized_jumps,
+    walk_rows,
     within_band,
 )
 from footcal_cli.core.online.passes import Pass, open_biases
@@ -59,7 +59,7 @@ _MOVED_S = 2e-4
 
 
 @dataclass(frozen=True)
-class Part:
+class WalkPart:
     """A part of a walk with what lies around it.
 
     Parameters
@@ -130,7 +130,7 @@ class _Learnt:
     """
 
     delay_s: float
-    noise: Noise
+    noise: WalkNoise
     tuning: Tuning | None
     names: tuple[str, ...]
     prior_sd: FloatArray
@@ -147,7 +147,7 @@ class _Learnt:
         )  # fmt: skip
 
 
-class Walk:
+class WalkInParts:
     """A walk that is taken in part by part.
 
     Parameters
@@ -162,8 +162,8 @@ class Walk:
     def __init__(
         self,
         belief: Belief,
-        settings: Settings,
-        teacher: Part,
+        settings: ReplaySettings,
+        teacher: WalkPart,
         baseline: Estimates | None = None,
     ) -> None:
         self.belief, self.settings, self.baseline = belief, settings, baseline
@@ -178,23 +178,23 @@ class Walk:
         self._judged: dict[tuple[str, str], Judged] = {}
         self._rejected: dict[str, int] = {}
         self._consistency: list[Consistency] = []
-        self._jumps: list[Jump] = []
-        self._last: Comparison | None = None
+        self._jumps: list[BiasJump] = []
+        self._last: ReplayedWalk | None = None
         self.parts = 0
 
     @property
-    def noise(self) -> Noise:
+    def noise(self) -> WalkNoise:
         """That was learnt."""
         return self._learnt.noise
 
-    def take(self, part: Part) -> Comparison:
+    def take(self, part: WalkPart) -> ReplayedWalk:
         """Run the next part; its samples replayed and judged, without statistics over cycles."""
         self._last = None  # it may go: another one comes
         seam, options = self._seam, self.settings.memory
         delay_s = self._delay_at(seam)
         log = advanced(part.merged.log, delay_s)
         states = tuple(name for name in REFERENCE_STATES if name in self._learnt.names)
-        rows = rows_of(log, self.belief, replace(options, states=states))
+        rows = walk_rows(log, self.belief, replace(options, states=states))
         unneeded = ~np.isin(rows.names, self._learnt.names)
         rows = rows.without(unneeded) if unneeded.any() else rows
         rows = within_band(rows, self._learnt.band_hz)
@@ -246,7 +246,7 @@ class Walk:
         self._add(found, track)
         return found
 
-    def finish(self, rng: np.random.Generator) -> Comparison:
+    def finish(self, rng: np.random.Generator) -> ReplayedWalk:
         """The whole walk: sums over all parts; samples and figures of CoP and force of the last."""
         last = self._last
         track = self._thinned
@@ -303,7 +303,7 @@ class Walk:
             self._every *= 2
         self._updates += size
 
-    def _add(self, found: Comparison, track: Track) -> None:
+    def _add(self, found: ReplayedWalk, track: Track) -> None:
         """Take the part's sums in."""
         for one in found.judged:
             key = (one.method, one.reference)
@@ -323,13 +323,15 @@ class _Passes:
 
     track: Track
     smoothed: Track
-    jumps: tuple[Jump, ...]
+    jumps: tuple[BiasJump, ...]
     live: tuple[FloatArray, FloatArray]
     past: tuple[FloatArray, FloatArray]
     bank: JumpBank | None
 
     @classmethod
-    def over(cls, rows: Rows, first: int, stop: int, walk: Walk, seam: _Seam | None) -> _Passes:
+    def over(
+        cls, rows: Rows, first: int, stop: int, walk: WalkInParts, seam: _Seam | None
+    ) -> _Passes:
         """Run both over updates ``first:stop`` of the rows."""
         guards, noise = walk.settings.memory.guards, walk.noise
         own, ahead = rows.part(first, stop), rows.part(first, len(rows))

@@ -11,8 +11,8 @@ import numpy as np
 
 from footcal_cli.core.inference.kalman import correct, information, innovate, predict
 from footcal_cli.core.online.compiled import kalman_loops
-from footcal_cli.core.online.jumps import WRONG_PRIOR, Jump, JumpBank
-from footcal_cli.core.online.noise import Guards, Noise
+from footcal_cli.core.online.jumps import WRONG_PRIOR, BiasJump, JumpBank
+from footcal_cli.core.online.noise import Guards, WalkNoise
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.tuned import Tuned, spread
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -39,7 +39,7 @@ class Pass:
     drive: FloatArray
 
     @classmethod
-    def begin(cls, rows: Rows, noise: Noise, jumps: Sequence[Jump]) -> Pass:
+    def begin(cls, rows: Rows, noise: WalkNoise, jumps: Sequence[BiasJump]) -> Pass:
         """At the prior, before the first update."""
         tuned = spread(rows, noise)
         u, p, s = len(rows), len(rows.names), tuned.states
@@ -72,18 +72,18 @@ class Pass:
         *,
         keep_history: bool = False,
         fast: bool = True,
-    ) -> Found:
+    ) -> FilterOutput:
         """Filter all its updates from its state on."""
         u, k = rows.error.shape
         p, s = len(rows.names), self.mean.size
-        found = Found.empty(u, k, p, self.tuned.seen.size, s if keep_history else 0)
+        found = FilterOutput.empty(u, k, p, self.tuned.seen.size, s if keep_history else 0)
         loops = kalman_loops() if fast else None
         if loops is None:
             return _by_arrays(self, rows, guards, bank, found)
         return _by_loops(loops, self, rows, guards, bank, found)
 
 
-class Found(NamedTuple):
+class FilterOutput(NamedTuple):
     """What a filter fills while it runs, in units of the prior sd."""
 
     values: FloatArray
@@ -101,7 +101,7 @@ class Found(NamedTuple):
     log_likelihood: float = 0.0
 
     @classmethod
-    def joined(cls, pieces: Sequence[Found]) -> Found:
+    def joined(cls, pieces: Sequence[FilterOutput]) -> FilterOutput:
         """Passes over stretches that follow each other as one, without their history."""
         names = (
             "values", "variances", "momentary", "nis", "gain_nats", "innovation",
@@ -114,7 +114,7 @@ class Found(NamedTuple):
         )
 
     @classmethod
-    def empty(cls, u: int, k: int, p: int, seen: int, history: int) -> Found:
+    def empty(cls, u: int, k: int, p: int, seen: int, history: int) -> FilterOutput:
         """Room for u updates; `history` states kept, 0 for none."""
         kept, s = (u, history) if history else (0, 1)
         return cls(
@@ -126,8 +126,8 @@ class Found(NamedTuple):
 
 
 def _by_arrays(
-    begun: Pass, rows: Rows, guards: Guards, bank: JumpBank | None, found: Found
-) -> Found:
+    begun: Pass, rows: Rows, guards: Guards, bank: JumpBank | None, found: FilterOutput
+) -> FilterOutput:
     """Fill `found` update by update; mean and covariance are left as after the last one."""
     p, tuned, mean, cov, log_likelihood = len(rows.names), begun.tuned, begun.mean, begun.cov, 0.0
     for j in range(len(rows)):
@@ -157,13 +157,18 @@ def _by_arrays(
 
 
 def _by_loops(
-    loops: ModuleType, begun: Pass, rows: Rows, guards: Guards, bank: JumpBank | None, found: Found
-) -> Found:
+    loops: ModuleType,
+    begun: Pass,
+    rows: Rows,
+    guards: Guards,
+    bank: JumpBank | None,
+    found: FilterOutput,
+) -> FilterOutput:
     """As `_by_arrays`, compiled."""
     jumping = PlainBank.of(bank, rows)
     log_likelihood, jumps = loops.filter_walk(
-        begun.mean, begun.cov, Given.of(rows, begun.tuned), begun.decay, begun.drive, guards.huber,
-        guards.least_gain_nats, found, jumping,
+        begun.mean, begun.cov, PassInput.of(rows, begun.tuned), begun.decay, begun.drive,
+        guards.huber, guards.least_gain_nats, found, jumping,
     )  # fmt: skip
     for which, onset, proof, size, variance, evidence in jumping.found[:jumps]:
         assert bank is not None, "no other finds jumps"
@@ -171,7 +176,7 @@ def _by_loops(
     return found._replace(log_likelihood=float(log_likelihood))
 
 
-class Given(NamedTuple):
+class PassInput(NamedTuple):
     """Rows and the noise of B settings as the loops take them; names as in `Rows` and `Tuned`.
 
     `soles`, `renewed`: columns and updates of `footcal_cli.core.online.soles.Soles`.
@@ -196,7 +201,7 @@ class Given(NamedTuple):
     renewed: BoolArray
 
     @classmethod
-    def of(cls, rows: Rows, tuned: Tuned) -> Given:
+    def of(cls, rows: Rows, tuned: Tuned) -> PassInput:
         """Every array in one piece, so that one machine code serves all."""
         arrays = {
             name: np.ascontiguousarray(getattr(tuned, name))
@@ -250,7 +255,7 @@ class PlainBank(NamedTuple):
         )  # fmt: skip
 
 
-def open_biases(drive: FloatArray, rows: Rows, jumps: Sequence[Jump]) -> None:
+def open_biases(drive: FloatArray, rows: Rows, jumps: Sequence[BiasJump]) -> None:
     """Let each jumped bias move by the size of its jump at its onset, in place."""
     for jump in jumps:
         at = rows.names.index(jump.name)

@@ -37,7 +37,7 @@ class Replayed:
     feet: tuple[Pressure, ...]
 
 
-def held(last_sample: IntArray, values: FloatArray, n: int) -> FloatArray:
+def held_until_next(last_sample: IntArray, values: FloatArray, n: int) -> FloatArray:
     """Values of updates held until the next one, per sample; 0 (the belief) before the first.
 
     Parameters

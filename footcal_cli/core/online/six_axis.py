@@ -18,7 +18,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.reference_states import advanced
-from footcal_cli.core.online.replay import held
+from footcal_cli.core.online.replay import held_until_next
 from footcal_cli.core.online.rows import Rows, block_means, updates_of
 from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
 from footcal_cli.core.spatial import in_heading
@@ -358,7 +358,7 @@ def corrected_log(log: Log, names: Sequence[str], track: Track, rows: Rows) -> L
     """The log with all that a track has found taken out, sample by sample."""
     log = advanced(log, float(track.values[-1, names.index(DELAY_STATE)]))
     n = len(log)
-    values = held(rows.last_sample, track.values, n)
+    values = held_until_next(rows.last_sample, track.values, n)
     # what was not yet known at the very start is what the first update says
     values[: rows.last_sample[0]] = track.values[0]
     column = {name: values[:, i] for i, name in enumerate(names)}

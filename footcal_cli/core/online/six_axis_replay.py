@@ -11,8 +11,8 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.alignment import aligned
 from footcal_cli.core.online.evidence import Consistency, check_consistency, repetition
-from footcal_cli.core.online.filter import Guards, Noise, Track, run_filter
-from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.filter import Guards, Track, WalkNoise, run_filter
+from footcal_cli.core.online.jumps import BiasJump
 from footcal_cli.core.online.memory import gait_phase, sized_jumps
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.six_axis import (
@@ -32,7 +32,7 @@ _AGREED_S, _AGREED_SHARE = 0.008, 0.25
 """The delays that the totals ask for agree within this time or this share of the delay."""
 _SHARE_ROUNDS, _SMALLEST_SHARE, _LARGEST_SHARE = 2, 0.2, 5.0
 _INFLATIONS = 4
-START = Noise(
+START = WalkNoise(
     force_n=5.0,
     moment_nm=2.0,
     force_slow_n=15.0,
@@ -93,7 +93,7 @@ class SixAxisReplay:
     track: Track
     smoothed: Track
     tuning: Tuning
-    jumps: tuple[Jump, ...]
+    jumps: tuple[BiasJump, ...]
     estimates: Estimates
     before: FloatArray
     after: FloatArray
@@ -274,13 +274,13 @@ def _root_mean(squared: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.minimum(seen, GUARDS.huber**2)))) if seen.size else 1.0
 
 
-def _vertical_sd(rows: Rows, noise: Noise) -> float:
+def _vertical_sd(rows: Rows, noise: WalkNoise) -> float:
     """How well the motion tells the vertical force."""
     share = np.broadcast_to(rows.total_sd_factor, rows.totals)[rows.outputs.index("fz")]
     return float(share * np.hypot(noise.force_n, noise.force_slow_n))
 
 
-def _consistent(rows: Rows, noise: Noise, guards: Guards) -> tuple[Noise, Track, float]:
+def _consistent(rows: Rows, noise: WalkNoise, guards: Guards) -> tuple[WalkNoise, Track, float]:
     """Noise with which the normalised innovations lie in their band, the track, the factor.
 
     Where a robot's model is wrong in ways that no noise of the filter describes, its innovations

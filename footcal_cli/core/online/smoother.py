@@ -10,9 +10,9 @@ import numpy as np
 from footcal_cli.core.inference.kalman import smooth_back
 from footcal_cli.core.online.compiled import kalman_loops
 from footcal_cli.core.online.filter import Track, track_of
-from footcal_cli.core.online.jumps import Jump
-from footcal_cli.core.online.noise import Guards, Noise
-from footcal_cli.core.online.passes import Found, Pass
+from footcal_cli.core.online.jumps import BiasJump
+from footcal_cli.core.online.noise import Guards, WalkNoise
+from footcal_cli.core.online.passes import FilterOutput, Pass
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray
 
@@ -22,9 +22,9 @@ STRETCH = 500
 
 def run_smoother(
     rows: Rows,
-    noise: Noise,
+    noise: WalkNoise,
     guards: Guards,
-    known_jumps: Sequence[Jump] = (),
+    known_jumps: Sequence[BiasJump] = (),
     *,
     begun: Pass | None = None,
     fast: bool = True,
@@ -52,7 +52,7 @@ def run_smoother(
         states.append((part.mean.copy(), part.cov.copy()))
         pieces.append(part.run(rows.part(start, start + STRETCH), guards, fast=fast))
         whole.mean, whole.cov = part.mean, part.cov
-    track = track_of(rows, whole, Found.joined(pieces), None)
+    track = track_of(rows, whole, FilterOutput.joined(pieces), None)
     values, variance = np.empty(track.values.shape), np.empty(track.values.shape)
     seen = whole.tuned.seen
     momentary = np.empty((len(rows), seen.size))
@@ -80,7 +80,9 @@ def run_smoother(
     )
 
 
-def _back(mean: FloatArray, cov: FloatArray, past: Found, decay: FloatArray, *, fast: bool) -> None:
+def _back(
+    mean: FloatArray, cov: FloatArray, past: FilterOutput, decay: FloatArray, *, fast: bool
+) -> None:
     """Smooth in place from the last update, smoothed already, to the first."""
     loops = kalman_loops() if fast else None
     if loops is not None:

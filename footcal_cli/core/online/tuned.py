@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from footcal_cli.core.online.noise import Noise
+from footcal_cli.core.online.noise import WalkNoise
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.soles import Soles
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -94,7 +94,7 @@ class Tuned:
         return total
 
 
-def spread(rows: Rows, noise: Noise) -> Tuned:
+def spread(rows: Rows, noise: WalkNoise) -> Tuned:
     """Give every state and row its noise.
 
     Parameters
@@ -103,7 +103,7 @@ def spread(rows: Rows, noise: Noise) -> Tuned:
         The walk, and one or many settings.
     """
     table = noise.stacked()
-    named = {f.name: table[:, i] for i, f in enumerate(fields(Noise))}
+    named = {f.name: table[:, i] for i, f in enumerate(fields(WalkNoise))}
     settings, totals = len(table), rows.totals
     sd = np.empty((settings, len(rows.names)))
     for i, name in enumerate(rows.names):

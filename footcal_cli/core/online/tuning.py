@@ -12,13 +12,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from footcal_cli.core.online.filter import Guards, Noise, run_settings
-from footcal_cli.core.online.jumps import Jump
+from footcal_cli.core.online.filter import Guards, WalkNoise, run_settings
+from footcal_cli.core.online.jumps import BiasJump
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 _GIVEN = ("swing_fixed_n", "swing_fixed_s")
-LEARNT = tuple(f.name for f in fields(Noise) if f.name not in _GIVEN)
+LEARNT = tuple(f.name for f in fields(WalkNoise) if f.name not in _GIVEN)
 """An error that a swinging cell keeps looks like its bias: the converter's step tells it."""
 _FURTHEST = 6.0
 _PRIOR_SD_LOG, _PRIOR_SD_LOG_TIME = 1.5, 0.5
@@ -69,7 +69,7 @@ class Tuning:
         Sd of the logarithm of each learnt field from the curvature, shape (learnt,).
     """
 
-    noise: Noise
+    noise: WalkNoise
     log_likelihood: tuple[float, float]
     sd_log: FloatArray
     learnt: tuple[str, ...]
@@ -77,11 +77,11 @@ class Tuning:
 
 def learn_noise(
     rows: Rows,
-    start: Noise | None = None,
+    start: WalkNoise | None = None,
     *,
     learnt: Sequence[str] = LEARNT,
     guards: Guards | None = None,
-    known_jumps: Sequence[Jump] = (),
+    known_jumps: Sequence[BiasJump] = (),
 ) -> Tuning:
     """Learn the noise of rows and random walks from the innovations.
 
@@ -93,19 +93,19 @@ def learn_noise(
     start
         Where to begin, and the centre of a weak prior.
     learnt
-        Fields of `Noise` to move; the others are kept (a recipe's).
+        Fields of `WalkNoise` to move; the others are kept (a recipe's).
     guards
         Its Huber limit.
     known_jumps
         Bias jumps found before: left closed, one jump would be learnt as wandering or as noise.
     """
-    start = start or Noise()
+    start = start or WalkNoise()
     rows = rows.chosen(spread_stretches(len(rows)))
     if rows.per_stamp_s is None:
         learnt = [name for name in learnt if name != "jitter_s"]
     if rows.soles is None:
         learnt = [name for name in learnt if name != "sole_m"]
-    field_names = [f.name for f in fields(Noise)]
+    field_names = [f.name for f in fields(WalkNoise)]
     lasting = np.array([name in _CORRELATION_TIMES for name in learnt], dtype=bool)
     at = np.array([field_names.index(name) for name in learnt])
     with np.errstate(divide="ignore"):
@@ -125,7 +125,7 @@ def learn_noise(
     def score(points: FloatArray) -> FloatArray:
         points = within(points)
         likelihood, _, _ = run_settings(
-            rows, Noise.of(np.exp(points)), guards, known_jumps=known_jumps, states=False
+            rows, WalkNoise.of(np.exp(points)), guards, known_jumps=known_jumps, states=False
         )
         moved = (points[:, at] - origin[at]) / prior_sd
         return np.asarray(likelihood - 0.5 * np.sum(moved**2, axis=1))
@@ -137,7 +137,7 @@ def learn_noise(
     # small is blind to drift and sure of itself
     walks = np.array([name.endswith(("_walk", "_walk_n")) for name in learnt], dtype=bool)
     point[at[walks]] += np.minimum(sd_log[walks], 1.0) ** 2
-    return Tuning(Noise.of(np.exp(point)), (first, best), sd_log, tuple(learnt))
+    return Tuning(WalkNoise.of(np.exp(point)), (first, best), sd_log, tuple(learnt))
 
 
 def _widest_gain_walk(rows: Rows) -> float:

@@ -25,7 +25,7 @@ _TAUGHT = 0.98
 
 
 @dataclass(frozen=True)
-class Departure:
+class Disagreement:
     """One quantity on which poses and earlier experiments disagree.
 
     Parameters
@@ -89,9 +89,9 @@ def constant_error(data: PoseData, fit: PoseFit) -> ConstantError:
     return ConstantError(mean, share, p)
 
 
-def departures(
+def disagreements(
     fit: PoseFit, legs: tuple[LegKnowledge, ...], robot_weight_n: float
-) -> tuple[Departure, ...]:
+) -> tuple[Disagreement, ...]:
     """Offsets, leg weights and robot weight that moved further than chance, the surest first.
 
     With variance V before and v with the poses, these alone have ``1/u = 1/v − 1/V``, and the
@@ -118,7 +118,7 @@ def departures(
     sigmas = np.where(taught, np.abs(change) / np.sqrt(before * gain), 0.0)
     order = np.argsort(-sigmas, kind="stable")
     return tuple(
-        Departure(
+        Disagreement(
             found.names[at[i]], found.units[at[i]], float(believed[i]), float(np.sqrt(before[i])),
             float(alone[i]), float(alone_sd[i]), float(sigmas[i]),
         )

@@ -84,7 +84,7 @@ def start_mounting(
 
 
 @dataclass(frozen=True)
-class State:
+class PoseState:
     """Cost and gradient by the free unknowns at one mounting, and what curvature is made of.
 
     Parameters
@@ -188,7 +188,7 @@ class PoseCost:
         sd[-1] = self.options.robot_weight_sd_n
         return sd
 
-    def at(self, mounting: Mounting, factor: float) -> State:
+    def at(self, mounting: Mounting, factor: float) -> PoseState:
         """Everything at one mounting, the sensors' noise scaled by `factor`."""
         geometry, structure = self.summary.geometry, self.options.structure
         count = mounting.turn_b.shape[0]
@@ -226,7 +226,7 @@ class PoseCost:
             free, gradient = self.columns.T @ free, self.columns.T @ gradient
             prior = self.columns.T @ prior @ self.columns
         chi2_hang = float(rows @ rows)
-        return State(
+        return PoseState(
             0.5 * (chi2_poses + chi2_hang + float(away @ self.precision @ away)),
             chi2_poses,
             chi2_hang,
@@ -256,21 +256,21 @@ class PoseCost:
         factor: float,
         most_steps: int = 100,
         beyond: float = np.inf,
-    ) -> Descent[Mounting, State]:
+    ) -> Descent[Mounting, PoseState]:
         """Descend from a mounting; the work does not depend on the number of poses.
 
         Parameters
         ----------
         beyond
-            Given up where `State.chi2_poses` will stay above this. A step changes its root by at
-            most the length of the step in the metric of the curvature, √(2 · what it promises): at
-            a linear rate of 0.97, all further ones together are as long as 30 of that.
+            Given up where `PoseState.chi2_poses` will stay above this. A step changes its root by
+            at most the length of the step in the metric of the curvature, √(2 · what it promises):
+            at a linear rate of 0.97, all further ones together are as long as 30 of that.
         """
 
         def move(point: Mounting, step: FloatArray) -> Mounting:
             return moved(point, self.whole(step), point.tangent)
 
-        def hopeless(state: State, promised: float) -> bool:
+        def hopeless(state: PoseState, promised: float) -> bool:
             left = np.sqrt(max(state.chi2_poses, 0.0)) - np.sqrt(beyond)
             return bool(left > _STEPS_LEFT * np.sqrt(2.0 * max(promised, 0.0)))
 
@@ -283,7 +283,7 @@ class PoseCost:
         """All unknowns of the free ones, shape (13K + 1 + 2L,)."""
         return free if self.columns is None else np.asarray(self.columns @ free)
 
-    def covariance(self, mounting: Mounting, state: State) -> tuple[FloatArray, int, int]:
+    def covariance(self, mounting: Mounting, state: PoseState) -> tuple[FloatArray, int, int]:
         """Sandwich ``H⁻¹ B H⁻¹``: curvature from the true wrenches, score with their noise."""
         hessian, score = state.hessian(), state.score()
         inverse = scaled_inverse(hessian, 1e-14)

@@ -58,7 +58,7 @@ class SeriesFit:
         return float(np.sqrt(np.mean(self.left[:, :3] ** 2)))
 
 
-def block_means(columns: FloatArray, rows: int) -> FloatArray:
+def series_means(columns: FloatArray, rows: int) -> FloatArray:
     """Means of consecutive blocks of `rows` samples, shape (n // rows, c)."""
     count = columns.shape[0] // rows
     return np.asarray(columns[: count * rows].reshape(count, rows, -1).mean(axis=1))
@@ -86,7 +86,7 @@ def fit_series(
     block_rows
         Rows averaged together: quasi-static changes only.
     """
-    one, two = block_means(wrench_1, block_rows), block_means(wrench_2, block_rows)
+    one, two = series_means(wrench_1, block_rows), series_means(wrench_2, block_rows)
     change_1, change_2 = one - one.mean(axis=0), two - two.mean(axis=0)
     left, _, right = np.linalg.svd(change_2[:, :3].T @ change_1[:, :3])
     rot = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
@@ -99,7 +99,7 @@ def fit_series(
         turned = wrench[:, :3] @ rot.T
         return np.hstack([turned, wrench[:, 3:] @ rot.T + np.cross(pos, turned)])
 
-    quiet = block_means(wrench_2[:quiet_rows] - carried(wrench_1[:quiet_rows]), block_rows)
+    quiet = series_means(wrench_2[:quiet_rows] - carried(wrench_1[:quiet_rows]), block_rows)
     count = max(quiet.shape[0], 1)
     combination = quiet.mean(axis=0)
     sd = quiet.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.full(6, np.nan)

@@ -15,7 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from footcal_cli.core.parameters import FloatArray
 
 
-class Verdict(StrEnum):
+class StretchVerdict(StrEnum):
     """What became of a stretch."""
 
     KEPT = "kept"
@@ -24,7 +24,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True)
-class Stretch:
+class SteadyStretch:
     """Consecutive rows with one verdict.
 
     Parameters
@@ -37,7 +37,7 @@ class Stretch:
 
     start: int
     stop: int
-    verdict: Verdict
+    verdict: StretchVerdict
     duration_s: float
 
 
@@ -85,7 +85,7 @@ def steady_stretches(
     time_s: FloatArray,
     force_n: FloatArray,
     rule: SteadyRule | None = None,
-) -> tuple[Stretch, ...]:
+) -> tuple[SteadyStretch, ...]:
     """Every row of a log in one stretch, kept or discarded.
 
     Parameters
@@ -102,12 +102,12 @@ def steady_stretches(
     for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         duration = float(time_s[stop - 1] - time_s[start])
         if not still[start]:
-            verdict = Verdict.MOVING
+            verdict = StretchVerdict.MOVING
         elif duration <= asked.duration_s:
-            verdict = Verdict.TOO_SHORT
+            verdict = StretchVerdict.TOO_SHORT
         else:
-            verdict = Verdict.KEPT
-        stretches.append(Stretch(start, stop, verdict, duration))
+            verdict = StretchVerdict.KEPT
+        stretches.append(SteadyStretch(start, stop, verdict, duration))
     return tuple(stretches)
 
 
@@ -120,7 +120,9 @@ def why_no_pose(time_s: FloatArray, force_n: FloatArray, rule: SteadyRule) -> tu
         As for `steady_stretches`, which kept nothing of them.
     """
     length, asked = float(np.ptp(time_s)), rule.duration_s
-    quiet = [s for s in steady_stretches(time_s, force_n, rule) if s.verdict is Verdict.TOO_SHORT]
+    quiet = [
+        s for s in steady_stretches(time_s, force_n, rule) if s.verdict is StretchVerdict.TOO_SHORT
+    ]
     if quiet:
         longest = max(quiet, key=lambda s: s.duration_s)
         return (
@@ -144,9 +146,9 @@ def why_no_pose(time_s: FloatArray, force_n: FloatArray, rule: SteadyRule) -> tu
     )
 
 
-def medians(columns: FloatArray, stretches: tuple[Stretch, ...]) -> FloatArray:
+def medians(columns: FloatArray, stretches: tuple[SteadyStretch, ...]) -> FloatArray:
     """Median of each kept stretch, shape (P, …)."""
-    kept = [s for s in stretches if s.verdict is Verdict.KEPT]
+    kept = [s for s in stretches if s.verdict is StretchVerdict.KEPT]
     return np.array([np.median(columns[s.start : s.stop], axis=0) for s in kept]).reshape(
         len(kept), *columns.shape[1:]
     )

@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.pose.attitude import find_attitudes
 from footcal_cli.core.pose.data import PoseData, summarise
-from footcal_cli.core.pose.departures import ROBOT_WEIGHT, Departure
+from footcal_cli.core.pose.departures import ROBOT_WEIGHT, Disagreement
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import PoseFit, directions_agree, fit_pose
 from footcal_cli.core.pose.leg_map import LegMap, leg_map
@@ -61,7 +61,7 @@ class MountingStudy:
     candidates: tuple[Candidate, ...]
     held_out: Candidate
     mapped: LegMap
-    refuted: tuple[Departure, ...]
+    refuted: tuple[Disagreement, ...]
     moved: bool
     dropped: PoseFit | None
 
@@ -120,7 +120,7 @@ def _loosened(legs: tuple[LegKnowledge, ...]) -> tuple[LegKnowledge, ...]:
 
 def _with_weight(
     data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, stated: PoseOptions
-) -> tuple[PoseOptions, tuple[Departure, ...], bool]:
+) -> tuple[PoseOptions, tuple[Disagreement, ...], bool]:
     """Options with the attitudes' scatter; the robot's weight free where the poses refute it.
 
     They do where it is 4 sd off, and free explains the poses better than offsets that moved
@@ -144,7 +144,7 @@ def _with_weight(
     weight = fit_pose(summarise(data), legs, noise_sd, free).estimates()
     value, sd = float(weight.values[-1]), float(weight.sd[-1])
     apart = abs(value - data.robot_weight_n) / np.hypot(sd, stated.robot_weight_sd_n)
-    departure = Departure(
+    departure = Disagreement(
         ROBOT_WEIGHT, "N", data.robot_weight_n, stated.robot_weight_sd_n, value, sd, float(apart)
     )
     return free, (departure,), False

@@ -12,7 +12,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.simulation.forces import shares
 from footcal_cli.core.simulation.measure import Simulated, counted, measure
-from footcal_cli.core.simulation.noise import CELL_NOISE, QUIET, Noise, stream
+from footcal_cli.core.simulation.noise import CELL_NOISE, QUIET, SimulatedNoise, stream
 from footcal_cli.core.simulation.robots import Biped
 
 GRID_STEP_M = 0.02
@@ -44,7 +44,7 @@ class WeightsPlan:
     sessions: int = 3
     pause_s: float = 60.0
     warming_degc_per_s: float = 0.002
-    noise: Noise = CELL_NOISE
+    noise: SimulatedNoise = CELL_NOISE
 
     def schedule(self) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
         """Stamps, loads, direction (+1 rising, −1 falling, 0 first) and session, shape (n,)."""
@@ -139,7 +139,7 @@ class PlacementsPlan:
 
     loads_n: tuple[float, ...] = (0.00981, 0.981, 4.903, 19.61, 58.84)
     repeats: int = 20
-    noise: Noise = CELL_NOISE
+    noise: SimulatedNoise = CELL_NOISE
 
     def holes_m(self, robot: Biped, foot: str) -> FloatArray:
         """The holes in the foot frame, shape (h, 2): those of the grid around its middle.

@@ -21,7 +21,7 @@ from footcal_cli.core.simulation.noise import (
     FORCE_NOISE,
     QUIET,
     TORQUE_NOISE,
-    Noise,
+    SimulatedNoise,
     stream,
 )
 from footcal_cli.core.simulation.robots import Biped
@@ -57,9 +57,9 @@ class Streams:
     body_rate_hz: float = 100.0
     body_delay_s: float = 0.020
     body_jitter_s: float = 0.004
-    cell_noise: Noise = CELL_NOISE
-    force_noise: Noise = FORCE_NOISE
-    torque_noise: Noise = TORQUE_NOISE
+    cell_noise: SimulatedNoise = CELL_NOISE
+    force_noise: SimulatedNoise = FORCE_NOISE
+    torque_noise: SimulatedNoise = TORQUE_NOISE
     com_noise_m: float = 2e-4
     acc_noise_mps2: float = 0.03
     angmom_noise_nm: float = 0.01
@@ -126,7 +126,7 @@ def cell_positions(robot: Biped, foot_m: FloatArray, foot_yaw_rad: FloatArray) -
     return np.concatenate(parts, axis=1)
 
 
-def known_of(robot: Biped, motion: Motion) -> dict[str, FloatArray]:
+def known_of_motion(robot: Biped, motion: Motion) -> dict[str, FloatArray]:
     """What any robot says of its motion (`Log.known` of walking)."""
     rows = len(motion.time_s)
     return {
@@ -146,7 +146,7 @@ def planned(course: Course, motion: Motion, streams: Streams, known: Known) -> L
     warm = {"temperature_degc": streams.temperature_at(time_s)}
     return Log(
         course.experiment, robot.channels, time_s, np.zeros((time_s.size, len(robot.channels))),
-        {**known_of(robot, motion), **known, **warm}, motion.block,
+        {**known_of_motion(robot, motion), **known, **warm}, motion.block,
     )  # fmt: skip
 
 
@@ -223,7 +223,7 @@ def body_stream(
     queue = _PACKET_S * np.arange(float(rows))
     stamped = np.maximum.accumulate(taken + np.maximum(late, 0.0) - queue) + queue
     motion = course.motion_at(taken)
-    known = known_of(course.robot, motion)
+    known = known_of_motion(course.robot, motion)
     for name, sd in (
         ("com_m", streams.com_noise_m),
         ("com_acc_mps2", streams.acc_noise_mps2),
@@ -283,7 +283,7 @@ class StandPlan:
         return (self.stances + self.one_foot) * self.stance_s
 
 
-def standing(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
+def standing_motion(robot: Biped, plan: StandPlan, seed: int) -> MotionAt:
     """The motion of quiet standing: one stance after the other, a small sway in each."""
     rng = stream(seed, "stances")
     n = plan.stances + plan.one_foot

@@ -15,7 +15,7 @@ from footcal_cli.core.effects.six_axis_beliefs import HANGINGS
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.simulation.measure import Simulated, measure
-from footcal_cli.core.simulation.noise import FORCE_NOISE, TORQUE_NOISE, Noise, stream
+from footcal_cli.core.simulation.noise import FORCE_NOISE, TORQUE_NOISE, SimulatedNoise, stream
 from footcal_cli.core.simulation.robots import Hexapod
 
 STANCE_PHASES_RAD = tuple(np.deg2rad([-36.0, 0.0, 36.0]))
@@ -40,8 +40,8 @@ class HangPlan:
     cycle_s: float = 20.0
     rate_hz: float = 20.0
     orientation_of: Literal["transducer", "body"] = "transducer"
-    force_noise: Noise = FORCE_NOISE
-    torque_noise: Noise = TORQUE_NOISE
+    force_noise: SimulatedNoise = FORCE_NOISE
+    torque_noise: SimulatedNoise = TORQUE_NOISE
 
 
 def offset_values(robot: Hexapod) -> dict[str, float]:
@@ -54,7 +54,7 @@ def offset_values(robot: Hexapod) -> dict[str, float]:
     }
 
 
-def hang_log(
+def simulated_hang_log(
     robot: Hexapod,
     leg: str,
     plan: HangPlan,
@@ -143,8 +143,8 @@ class PosePlan:
     friction_n: float = 1.5
     uneven: float = 0.25
     tilt_rad: float = 0.0
-    force_noise: Noise = FORCE_NOISE
-    torque_noise: Noise = TORQUE_NOISE
+    force_noise: SimulatedNoise = FORCE_NOISE
+    torque_noise: SimulatedNoise = TORQUE_NOISE
 
 
 def _phases(
@@ -253,7 +253,7 @@ def _ground_forces(
     return balanced
 
 
-def pose_log(
+def simulated_pose_log(
     robot: Hexapod, plan: PosePlan, chain: Chain, values: Mapping[str, float], *, seed: int
 ) -> Simulated:
     """The robot standing in many poses; a row and a block per pose."""

@@ -11,7 +11,7 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.simulation.noise import Noise, added_to_readings
+from footcal_cli.core.simulation.noise import SimulatedNoise, added_to_readings
 from footcal_cli.core.simulation.robots import Biped
 
 
@@ -41,8 +41,8 @@ def measure(
     chain: Chain,
     values: Mapping[str, float],
     *,
-    force_noise: Noise,
-    torque_noise: Noise,
+    force_noise: SimulatedNoise,
+    torque_noise: SimulatedNoise,
     rng: np.random.Generator,
 ) -> Simulated:
     """Measure a plan with sensors that a chain distorts.

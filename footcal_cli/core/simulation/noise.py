@@ -18,7 +18,7 @@ def stream(seed: int, name: str) -> np.random.Generator:
 
 
 @dataclass(frozen=True)
-class Noise:
+class SimulatedNoise:
     """Noise of one kind of channel, in its unit.
 
     Parameters
@@ -37,9 +37,9 @@ class Noise:
     repeat_gain: float = 0.0
     repeat_offset: float = 0.0
 
-    def scaled(self, factor: float) -> Noise:
+    def scaled(self, factor: float) -> SimulatedNoise:
         """The same noise, larger or smaller."""
-        return Noise(
+        return SimulatedNoise(
             self.white * factor,
             self.wandering * factor,
             self.wandering_time_s,
@@ -47,7 +47,7 @@ class Noise:
             self.repeat_offset * factor,
         )
 
-    def of_range(self, factor: float) -> Noise:
+    def of_range(self, factor: float) -> SimulatedNoise:
         """The same noise of a sensor of another range: its gain errs by the same share."""
         return replace(self.scaled(factor), repeat_gain=self.repeat_gain)
 
@@ -75,14 +75,16 @@ class Noise:
         return noisy
 
 
-CELL_NOISE = Noise(0.03, 0.02, 0.5, 0.002, 0.02)
+CELL_NOISE = SimulatedNoise(0.03, 0.02, 0.5, 0.002, 0.02)
 """A load cell of a NAO-like foot, N."""
-FORCE_NOISE, TORQUE_NOISE = Noise(0.05, 0.02, 2.0), Noise(0.004, 0.002, 2.0)
+FORCE_NOISE, TORQUE_NOISE = SimulatedNoise(0.05, 0.02, 2.0), SimulatedNoise(0.004, 0.002, 2.0)
 """A six-axis transducer (ATI Gamma size), N and Nm."""
-QUIET = Noise()
+QUIET = SimulatedNoise()
 
 
-def added_to_readings(log: Log, force: Noise, torque: Noise, rng: np.random.Generator) -> Log:
+def added_to_readings(
+    log: Log, force: SimulatedNoise, torque: SimulatedNoise, rng: np.random.Generator
+) -> Log:
     """A log whose readings carry noise: `force` on cells and forces, `torque` on torques."""
     is_torque = np.array([".t" in channel for channel in log.channels])
     readings = log.readings.copy()

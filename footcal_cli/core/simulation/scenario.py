@@ -16,7 +16,13 @@ from footcal_cli.core.log import ExperimentName, Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.ankle_logs import ankle_logs
 from footcal_cli.core.simulation.bench_logs import placements_log, weights_logs
-from footcal_cli.core.simulation.biped_logs import BipedLogs, Course, MotionAt, biped_logs, standing
+from footcal_cli.core.simulation.biped_logs import (
+    BipedLogs,
+    Course,
+    MotionAt,
+    biped_logs,
+    standing_motion,
+)
 from footcal_cli.core.simulation.columns import (
     Columns,
     ankle_body_columns,
@@ -30,7 +36,11 @@ from footcal_cli.core.simulation.columns import (
     wrenches_columns,
 )
 from footcal_cli.core.simulation.gait import WalkPlan, walking
-from footcal_cli.core.simulation.hexapod_logs import hang_log, offset_values, pose_log
+from footcal_cli.core.simulation.hexapod_logs import (
+    offset_values,
+    simulated_hang_log,
+    simulated_pose_log,
+)
 from footcal_cli.core.simulation.measure import Simulated
 from footcal_cli.core.simulation.noise import stream
 from footcal_cli.core.simulation.plans import Plans, Spread
@@ -220,7 +230,7 @@ def simulate(
         motion_at, loads_at = recorded(robot, motion)
         duration_s = float(motion["time_s"][-1])
     elif experiment == "stand":
-        motion_at, duration_s = standing(robot, plans.stand, seed), plans.stand.duration_s
+        motion_at, duration_s = standing_motion(robot, plans.stand, seed), plans.stand.duration_s
     else:
         motion_at, duration_s = _walk(robot, plans.walk), plans.walk.duration_s
     if robot.ankles:
@@ -276,11 +286,12 @@ def _on_hips(
 ) -> Scenario:
     if experiment == "hang":
         logs = {
-            leg: hang_log(robot, leg, plans.hang, chain, values, seed=seed) for leg in robot.legs
+            leg: simulated_hang_log(robot, leg, plans.hang, chain, values, seed=seed)
+            for leg in robot.legs
         }
         files = {"hang": hang_columns(logs, robot, plans.hang)}
         return _scenario(files, next(iter(logs.values())), chain, values)
-    done = pose_log(robot, plans.pose, chain, values, seed=seed)
+    done = simulated_pose_log(robot, plans.pose, chain, values, seed=seed)
     return _scenario({"poses": poses_columns(done, list(robot.legs))}, done, chain, values)
 
 

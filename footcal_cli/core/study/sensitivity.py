@@ -11,7 +11,7 @@ from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import SETTLING_S, rms
-from footcal_cli.core.online.filter import Noise, run_settings
+from footcal_cli.core.online.filter import WalkNoise, run_settings
 from footcal_cli.core.online.memory import Memory, replay_track
 from footcal_cli.core.online.replay import Replayed, errors_against
 from footcal_cli.core.parameters import FloatArray
@@ -51,11 +51,11 @@ def memory_sensitivity(
     min_force_n: float = MIN_FORCE_N,
 ) -> list[Sensitivity]:
     """RMSE of the filter with each noise scaled, all in one batched pass."""
-    names = list(settings or (f.name for f in fields(Noise)))
-    base = {f.name: float(np.asarray(getattr(memory.noise, f.name))) for f in fields(Noise)}
+    names = list(settings or (f.name for f in fields(WalkNoise)))
+    base = {f.name: float(np.asarray(getattr(memory.noise, f.name))) for f in fields(WalkNoise)}
     table = _one_by_one(base, names)
     late = memory.log.time_s - memory.log.time_s[0] > SETTLING_S
-    _, values, momentary = run_settings(memory.rows, Noise(**table))
+    _, values, momentary = run_settings(memory.rows, WalkNoise(**table))
     scores = []
     for b in range(len(names) * FACTORS.size):
         own = None if momentary is None else momentary[:, b]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from footcal_cli.core.centroidal import Reference
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
-from footcal_cli.core.online.comparison import Comparison
+from footcal_cli.core.online.comparison import ReplayedWalk
 from footcal_cli.core.online.replay import Replayed
 from footcal_cli.core.parameters import Estimates, Status
 from footcal_cli.core.quality import Finding
@@ -70,7 +70,7 @@ class PaperMethods:
             last.gain[-1], last.bias_n[-1], belief.covariance, [Status.PRIOR_KEPT] * (2 * c)
         )
 
-    def sensitivity(self, found: Comparison) -> list[tuple[str, Sensitivity]]:
+    def sensitivity(self, found: ReplayedWalk) -> list[tuple[str, Sensitivity]]:
         """RMSE of memory and of the window as each of their settings is scaled."""
         against: Replayed | Reference = found.reference
         if found.best_reference == "truth":

@@ -89,7 +89,7 @@ class WindowRule:
     min_force_n: float = MIN_FORCE_N
 
 
-class Squares(NamedTuple):
+class WindowSquares(NamedTuple):
     """Weights of squared errors, shape (settings,) each: force, CoP, change of θ."""
 
     force: FloatArray
@@ -97,7 +97,7 @@ class Squares(NamedTuple):
     smooth: FloatArray
 
 
-class Samples(NamedTuple):
+class CellSamples(NamedTuple):
     """Forces (n, c) and positions (n, c, 2) of cells, Fz (n,), CoP (n, 2); unit of θ, (2c,)."""
 
     believed: FloatArray
@@ -156,15 +156,17 @@ class _Problem:
     cop: FloatArray
     weight_n: float
 
-    def weighed(self, weights: Weights, rule: WindowRule) -> Squares:
+    def weighed(self, weights: Weights, rule: WindowRule) -> WindowSquares:
         """Weights of squared errors in N and m."""
         force, cop, smooth = weights.stacked()
-        return Squares(force / self.weight_n**2, cop / rule.foot_length_m**2, np.array(smooth))
+        return WindowSquares(
+            force / self.weight_n**2, cop / rule.foot_length_m**2, np.array(smooth)
+        )
 
-    def plain(self, unit: FloatArray) -> Samples:
+    def plain(self, unit: FloatArray) -> CellSamples:
         """As the loops take them."""
         parts = (self.believed, self.positions, self.fz, self.cop, unit)
-        return Samples(*(np.ascontiguousarray(part) for part in parts))
+        return CellSamples(*(np.ascontiguousarray(part) for part in parts))
 
     @classmethod
     def of(cls, log: Log, belief: Belief, *, static: bool) -> _Problem:
@@ -230,8 +232,8 @@ def run_window(
 
 
 def _window_exact(
-    samples: Samples,
-    squares: Squares,
+    samples: CellSamples,
+    squares: WindowSquares,
     first: IntArray,
     stop: IntArray,
     iterations: int,
@@ -328,8 +330,8 @@ def run_window_fast(
 
 
 def _window_sums(
-    samples: Samples,
-    squares: Squares,
+    samples: CellSamples,
+    squares: WindowSquares,
     edges: IntArray,
     length: int,
     bound: float,

@@ -1,5 +1,6 @@
-"""The sums of the sliding window in loops over a whole walk, for a compiler (numba).
+"""The sums of the sliding window in loops over a whole walk.
 
+For a compiler (numba).
 As `footcal_cli.core.study.window`, where the array code gives the same answers, slower.
 """
 

@@ -17,7 +17,7 @@ from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import rms
-from footcal_cli.core.online.replay import Replayed, corrected, errors_against, held
+from footcal_cli.core.online.replay import Replayed, corrected, errors_against, held_until_next
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.study.window import (
     Weights,
@@ -43,8 +43,8 @@ def replay_window(
 ) -> Replayed:
     """Forces and CoP along the paper's window."""
     n = len(log)
-    gain = held(track.last_sample, track.gain[:, setting], n)
-    bias = held(track.last_sample, track.bias_n[:, setting], n)
+    gain = held_until_next(track.last_sample, track.gain[:, setting], n)
+    bias = held_until_next(track.last_sample, track.bias_n[:, setting], n)
     return corrected(method, log, belief, gain, bias, min_force_n=min_force_n)
 
 

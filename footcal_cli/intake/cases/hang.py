@@ -66,7 +66,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         alike=False,
         stride=max(sum(len(log) for log in logs) // MOST_SAMPLES, 1),
         shared_blocks=True,
-        settings="hanging",
+        setting_key="hanging",
     )
     untested = unseen_hanging()
     if not in_order:

@@ -77,7 +77,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         tolerance_n=session.options.tolerance_n or 0.005 * largest,
         tolerance_nm=session.options.tolerance_mm / 1000.0 * largest,
         alike=False,
-        settings="round",
+        setting_key="round",
         known=known_before(session, channels, values),
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )

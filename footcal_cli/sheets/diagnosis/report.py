@@ -38,7 +38,7 @@ from footcal_cli.sheets.ladder import study_sentence
 
 
 @dataclass(frozen=True)
-class Request:
+class DiagnosisRequest:
     """What was asked of a diagnosis.
 
     Parameters
@@ -65,7 +65,7 @@ class Request:
 
 
 def outcome_of(
-    read: CaseRead, found: Investigation, moved: tuple[Movement, ...], asked: Request
+    read: CaseRead, found: Investigation, moved: tuple[Movement, ...], asked: DiagnosisRequest
 ) -> Outcome:
     """An investigation as everything that people and programs read of it.
 
@@ -125,7 +125,7 @@ def _details(
     )  # fmt: skip
 
 
-def _answer(read: CaseRead, found: Investigation, asked: Request) -> Answer:
+def _answer(read: CaseRead, found: Investigation, asked: DiagnosisRequest) -> Answer:
     """What is said first, and what to do next."""
     answer = answer_of(found, asked.table, read.findings, read.untested)
     if asked.alone:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from footcal_cli.core.pose.common import CommonShift, common_shift, common_turn
-from footcal_cli.core.pose.departures import ROBOT_WEIGHT, ConstantError, Departure
+from footcal_cli.core.pose.departures import ROBOT_WEIGHT, ConstantError, Disagreement
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
 from footcal_cli.core.quality import Finding
@@ -106,7 +106,7 @@ def constant_findings(found: ConstantError) -> Iterator[Finding]:
     )  # fmt: skip
 
 
-def departure_findings(found: Sequence[Departure]) -> Iterator[Finding]:
+def departure_findings(found: Sequence[Disagreement]) -> Iterator[Finding]:
     """Where the poses contradict the scale or the hanging robot."""
     for one in found[:_MOST_DEPARTURES]:
         of_robot = one.name == ROBOT_WEIGHT

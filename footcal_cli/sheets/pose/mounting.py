@@ -11,9 +11,9 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.common import CommonShift
 from footcal_cli.core.pose.data import PoseData
 from footcal_cli.core.pose.departures import (
-    Departure,
+    Disagreement,
     constant_error,
-    departures,
+    disagreements,
 )
 from footcal_cli.core.pose.joint import FEWEST_LEFT, PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
@@ -77,7 +77,7 @@ def outcome_of(
     # offsets that moved are why poses contradict hanging and the scale: that is said alone
     contradicted = (
         () if study.moved
-        else (*study.refuted, *departures(fit, study.legs, data.robot_weight_n))
+        else (*study.refuted, *disagreements(fit, study.legs, data.robot_weight_n))
     )  # fmt: skip
     shifted = study.moved or (constant.stands_out and not contradicted)
     alike = None if "chassis_com_m" in options.model_fields_set else shared_shift(fit)
@@ -202,7 +202,7 @@ def pose_wrenches(data: PoseData, calibration: FootCalibration) -> dict[str, obj
 
 
 def verdict(
-    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Departure],
+    study: MountingStudy, stages: Mapping[str, FloatArray], contradicted: Sequence[Disagreement],
     alike: CommonShift | None = None, *, shifted: bool = False,
 ) -> VerdictRecord:  # fmt: skip
     """One sentence: what the sum of forces was off by, and is now on poses not used.
