@@ -19,7 +19,7 @@ from footcal_cli.batch.plan import Died, Job, Work
 from footcal_cli.records.batch import SessionRecord
 
 _PR_SET_PDEATHSIG = 1
-_OBJECTS = 20_000
+_OBJECTS = 200_000
 """New objects between two searches for garbage: imports make many and leave none."""
 ATTEMPTS = 2
 """A session over which a worker died is tried once more."""
