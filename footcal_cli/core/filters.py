@@ -11,8 +11,6 @@ import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.fft import rfft
-from scipy.linalg.lapack import dtbtrs
 
 from footcal_cli.core.parameters import FloatArray
 
@@ -57,6 +55,8 @@ def recursion(
     before
         What the past adds to the first outputs, shape (≤ n, ...).
     """
+    from scipy.linalg.lapack import dtbtrs
+
     flat = np.asfortranarray(values.reshape(len(values), -1), dtype=float)
     driven = forward[0] * flat
     for lag, weight in enumerate(forward[1:], start=1):
@@ -152,6 +152,8 @@ def median_spectrum(
     Segments of `length` overlap by half, less their means, under von Hann's window; a median of
     squares is brought to the mean of an exponential law.
     """
+    from scipy.fft import rfft
+
     hann = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(length) / length)
     segments = sliding_window_view(values, length, axis=0)[:: length - length // 2]
     seen = rfft((segments - segments.mean(axis=-1, keepdims=True)) * hann)
