@@ -29,5 +29,5 @@ Tables
 """
 
 __version__ = "1.1.0"
-NEW_OBJECTS = 20_000
-"""So many between two searches for garbage: imports make many and leave none."""
+NEW_OBJECTS = 200_000
+"""So many between two searches for garbage: imports make 160,000 and leave none."""

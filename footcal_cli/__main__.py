@@ -22,6 +22,8 @@ def run() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _leave)
     gc.set_threshold(NEW_OBJECTS)
+    # no plugin has a say in tables of options: to look for one reads what is installed
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     from footcal_cli.session.interruption import Interrupted, watched
 
     with watched(until_exit=True) as interruption:

@@ -13,6 +13,7 @@ from statistics import median
 from footcal_cli import __version__
 from tests.benchmarks.contenders import Contender, contenders
 from tests.benchmarks.diagnoses import diagnosed, lines_of
+from tests.benchmarks.fits import fitted, lines_of_fits
 from tests.benchmarks.limits import FLAGS, compiler
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md"
@@ -39,9 +40,11 @@ def measured(one: Contender, rounds: int) -> list[float]:
 
 
 def page_of(
-    results: list[tuple[Contender, list[float]]], diagnoses: list[tuple[str, list[float]]]
+    results: list[tuple[Contender, list[float]]],
+    fits: list[tuple[str, list[float]]],
+    diagnoses: list[tuple[str, list[float]]],
 ) -> str:
-    """The page, a table per kernel and one of whole diagnoses."""
+    """The page, a table per kernel, one of fits and one of whole diagnoses."""
     lines = [
         "# Benchmarks",
         "Written by `make bench`. CPU time per update of a 20 s walk (8 cells at 80 Hz, 20 updates "
@@ -70,7 +73,7 @@ def page_of(
                 f"{len(times)}) | {best[one.name] / best['compiled']:.2g} | {against} |"
             )
         lines.append("")
-    return "\n".join([*lines, *lines_of(diagnoses), versions()]) + "\n"
+    return "\n".join([*lines, *lines_of_fits(fits), *lines_of(diagnoses), versions()]) + "\n"
 
 
 def versions() -> str:
@@ -100,12 +103,17 @@ def main() -> None:
         results.append((one, times))
         sys.stdout.write(f"{_MICRO * median(times):10.3f} µs  {one.group}: {one.name}\n")
         sys.stdout.flush()
+    fits = []
+    for name, times in fitted(given.rounds):
+        fits.append((name, times))
+        sys.stdout.write(f"{1e3 * min(times):10.2f} ms  {name}\n")
+        sys.stdout.flush()
     diagnoses = []
     for name, times in diagnosed(_DIAGNOSES):
         diagnoses.append((name, times))
         sys.stdout.write(f"{min(times):10.1f} s   {name}\n")
         sys.stdout.flush()
-    given.out.write_text(page_of(results, diagnoses), encoding="utf-8")
+    given.out.write_text(page_of(results, fits, diagnoses), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -49,10 +49,16 @@ def units_of(scope: Scope, channels: Sequence[str]) -> tuple[str, ...]:
     A channel ``left_fl`` belongs to the foot ``left``; an axis ``fl.fx`` belongs to the leg ``fl``,
     which is a foot where its transducer is in the foot.
     """
+    return _units_of(scope, tuple(channels))
+
+
+@lru_cache
+def _units_of(scope: Scope, channels: tuple[str, ...]) -> tuple[str, ...]:
+    """`units_of`, which every step of every fit asks for the same few channels."""
     if scope is Scope.ROBOT:
         return ("robot",)
     if scope is Scope.CHANNEL:
-        return tuple(channels)
+        return channels
     separator = "_" if scope is Scope.FOOT and not is_six_axis(channels) else "."
     return tuple(dict.fromkeys(channel.split(separator, 1)[0] for channel in channels))
 
@@ -72,6 +78,11 @@ def _owners(channel: str) -> tuple[str, str, str]:
 
 def is_six_axis(channels: Sequence[str]) -> bool:
     """Whether the channels are axes of transducers (``fl.fx``) and not cells."""
+    return _is_six_axis(tuple(channels))
+
+
+@lru_cache
+def _is_six_axis(channels: tuple[str, ...]) -> bool:
     return bool(channels) and all("." in channel for channel in channels)
 
 

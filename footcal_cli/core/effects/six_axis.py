@@ -26,6 +26,7 @@ from footcal_cli.core.effects.contract import (
 from footcal_cli.core.effects.memory import moment, plus_since
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import cross
 
 COUPLINGS = tuple(f"{g}{a}_{g}{b}" for g in "ft" for a in "xyz" for b in "xyz" if a != b)
 """``fx_fz``: what of fz shows up in fx."""
@@ -65,7 +66,7 @@ def _unmount(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Floa
 def _about(sign: float) -> ArrayTransform:
     def moved(w: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
         place = np.stack([theta[f"mount_pos_{axis}"] for axis in "xyz"], axis=-1)
-        lever = np.cross(np.broadcast_to(place, w[..., :3].shape), w[..., :3])
+        lever = cross(place, w[..., :3])
         return np.concatenate([w[..., :3], w[..., 3:] + sign * lever], axis=-1), state
 
     return moved

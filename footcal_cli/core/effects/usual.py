@@ -25,6 +25,7 @@ from footcal_cli.core.effects.contract import (
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.spatial import cross
 
 
 def _swung(log: Log, theta: Theta) -> FloatArray:
@@ -83,7 +84,7 @@ def _below(log: Log, theta: Theta) -> FloatArray:
     specific[..., 2] += known["gravity_mps2"][:, None]
     specific = np.einsum("nkji,nkj->nki", known["foot_rot_wt"], specific)
     first = np.stack([theta[f"moment_below_{axis}"] for axis in "xyz"], axis=-1)
-    turning = np.cross(np.broadcast_to(first, specific.shape), specific)
+    turning = cross(first, specific)
     return np.concatenate([theta["mass_below"][:, None] * specific, turning], axis=-1)
 
 

@@ -8,6 +8,7 @@ from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS, OFFSET
 from footcal_cli.core.effects.six_axis_beliefs import HANG_TILT, LEG_COM, LEG_WEIGHT
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
+from footcal_cli.core.spatial import cross
 
 
 def hang_balance(log: Log) -> Balance:
@@ -17,7 +18,7 @@ def hang_balance(log: Log) -> Balance:
     """
     felt = log.known["gravity_dir"] - log.known.get("leg_acc_g", np.zeros((len(log), 3)))
     force_t = log.known["leg_weight_n"][:, None] * felt
-    demanded = np.hstack([force_t, np.cross(log.known["leg_com_m"], force_t)])
+    demanded = np.hstack([force_t, cross(log.known["leg_com_m"], force_t)])
     error = log.readings - demanded
     return Balance(AXES, AXIS_UNITS, error, np.isfinite(error))
 

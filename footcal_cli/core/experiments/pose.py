@@ -9,6 +9,7 @@ from footcal_cli.core.effects.six_axis import MOUNT_ROTATION, MOUNT_TRANSLATION
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import cross
 
 OUTPUTS = ("fx", "fy", "fz", "mx", "my", "mz")
 
@@ -26,7 +27,7 @@ def pose_balance(log: Log) -> Balance:
     torque = np.einsum("nkij,nkj->nki", known["hip_rot_bt"], wrench[..., 3:])
     arm = known["hip_pos_b_m"] - known["chassis_com_b_m"][:, None]
     error = np.concatenate(
-        [force.sum(axis=1) + log.of_known(_chassis), (torque + np.cross(arm, force)).sum(axis=1)],
+        [force.sum(axis=1) + log.of_known(_chassis), (torque + cross(arm, force)).sum(axis=1)],
         axis=1,
     )
     return Balance(OUTPUTS, AXIS_UNITS, error, np.isfinite(error))

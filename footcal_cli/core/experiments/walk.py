@@ -32,6 +32,7 @@ from footcal_cli.core.effects.usual import (
 from footcal_cli.core.experiments.contract import Balance, Experiment, Imperfection
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.spatial import cross
 
 CELL_TOTALS = ("fz", "mx", "my")
 SIX_AXIS_TOTALS = ("fx", "fy", "fz", "mx", "my")
@@ -123,7 +124,7 @@ def six_axis_balance(log: Log) -> Balance:
     below = wrench - log.of_known(_carried_below)
     force = np.einsum("nkij,nkj->nki", rot, below[..., :3])
     moment = np.einsum("nkij,nkj->nki", rot, below[..., 3:])
-    moment = moment + np.cross(pos - known["com_m"][:, None], force)
+    moment = moment + cross(pos - known["com_m"][:, None], force)
     totals = np.concatenate(
         [
             force.sum(axis=1) - log.of_known(_demanded_force),
@@ -170,7 +171,7 @@ def applied_below(log: Log, weight_n: FloatArray) -> FloatArray:
     specific = known["foot_acc_mps2"] / gravity[:, None, None]
     specific = specific + np.array([0.0, 0.0, 1.0])
     force = -np.einsum("nkji,nkj->nki", rot, specific) * weight_n[..., None]
-    return np.concatenate([force, np.cross(known["foot_com_m"], force)], axis=-1)
+    return np.concatenate([force, cross(known["foot_com_m"], force)], axis=-1)
 
 
 def channel_contact(log: Log) -> FloatArray:

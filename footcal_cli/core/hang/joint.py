@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.hang.effect import HangResidual
 from footcal_cli.core.hang.levels import fit_reduced, times_of, with_levels
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
@@ -177,36 +178,36 @@ def fit_hang(logs: Sequence[Log], options: HangOptions | None = None) -> HangFit
     runs, model, designs, grams = hung.runs, hung.model, hung.designs, hung.grams
     references, weight_n = hung.references, hung.weight_n
     samples = sum(len(z) for z in designs)
-    rows = [run.log(model.leg, number, *references) for number, run in enumerate(runs)]
+    balance = HangResidual.of(model)
     wrenches = [run.wrench for run in runs]
     triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     for _ in range(_INERTIAL_ROUNDS if any(run.shaft_radps.any() for run in runs) else 0):
         first = Reduced.of(designs, wrenches, white_noise(_TYPICAL_SD), triangles)
-        balance = HangResidual.of(model)
-        theta = fit_reduced(first, model, weight_n).estimates.values
-        wrenches = [balance.at_rest(log, theta) for log in rows]
+        theta = fit_reduced(first, balance, weight_n).estimates.values
+        wrenches = [
+            balance.at_rest(run.log(model.leg, number, *references), theta)
+            for number, run in enumerate(runs)
+        ]
         triangles = [triangle(*each) for each in zip(designs, wrenches, grams, strict=True)]
     freedom = samples - sum(z.shape[1] for z in designs)
     if asked.noise_sd is None and freedom >= _MIN_NOISE_DOF:
-        residuals = [
-            w - z @ np.linalg.lstsq(*triangle, rcond=SEEN)[0]
-            for z, w, triangle in zip(designs, wrenches, triangles, strict=True)
-        ]
+        residuals = _residuals(hung, wrenches, triangles)
         noise = fit_noise(residuals, designs, 0 if asked.white else MAX_LAGS)
     else:
-        noise = _noise_from_fit(model, designs, wrenches, weight_n, asked.noise_sd)
+        noise = _noise_from_fit(balance, designs, wrenches, weight_n, asked.noise_sd)
     reduced = Reduced.of(designs, wrenches, noise, triangles)
     effective = samples / np.array([channel.samples_per_effective for channel in noise])
-    fit = fit_reduced(reduced, model, weight_n)
+    fit = fit_reduced(reduced, balance, weight_n)
     evidence = _order_evidence(model, fit, effective.sum())
     if asked.order is None:
         chosen = replace(model, order=min(evidence, key=evidence.__getitem__))
         if chosen.order < model.order:
             start = _of_order(model, chosen, fit.estimates.values)
             reduced = reduced.only(chosen.among(model))
-            fit = fit_reduced(reduced, chosen, weight_n, start)
+            balance = HangResidual.of(chosen)
+            fit = fit_reduced(reduced, balance, weight_n, start)
         model = chosen
-    fit, level_sd = with_levels(reduced, model, weight_n, fit, times_of(runs))
+    fit, level_sd = with_levels(reduced, balance, weight_n, fit, times_of(runs))
     return HangFit(
         model,
         fit,
@@ -234,6 +235,8 @@ class Hung:
         Temperature in degC and time in s that the regressors count from.
     weight_n
         Believed weight of the leg.
+    room
+        Memory for what is left of all readings, shape (6, n).
     """
 
     runs: tuple[HangRun, ...]
@@ -242,6 +245,7 @@ class Hung:
     grams: list[FloatArray]
     references: tuple[float, float]
     weight_n: float
+    room: FloatArray
 
     @classmethod
     def of(cls, logs: Sequence[Log], asked: HangOptions) -> Hung:
@@ -253,20 +257,40 @@ class Hung:
             sum(float(run.temperature_degc.sum()) for run in runs) / samples,
             sum(float(run.time_s.sum()) for run in runs) / samples,
         )
+        # one piece of memory for all: the system hands out many pieces far more slowly
+        count = model.regressor_count
+        rows = np.empty((count + len(AXES), samples))
+        ends = np.cumsum([run.time_s.size for run in runs])
         designs = [
-            model.regressors(
-                run.phase_rad, run.temperature_degc - references[0], run.time_s - references[1]
+            model.regressors_into(
+                part,
+                run.phase_rad,
+                run.temperature_degc - references[0],
+                run.time_s - references[1],
             )
-            for run in runs
+            for run, part in zip(runs, np.split(rows[:count], ends[:-1], axis=1), strict=True)
         ]
         grams = [z.T @ z for z in designs]
         order = model.seen_order(grams)
         if order < model.order:
             lower = replace(model, order=order)
             kept, model = lower.among(model), lower
-            designs = [z[:, kept] for z in designs]
+            designs = [z.T[kept].T for z in designs]
             grams = [gram[np.ix_(kept, kept)] for gram in grams]
-        return cls(runs, model, designs, grams, references, runs[0].leg_weight_n)
+        return cls(runs, model, designs, grams, references, runs[0].leg_weight_n, rows[count:])
+
+
+def _residuals(
+    hung: Hung, wrenches: Sequence[FloatArray], triangles: Sequence[tuple[FloatArray, FloatArray]]
+) -> list[FloatArray]:
+    """What the regressors leave of each record, shape (n, 6), channel by channel in memory."""
+    ends = np.cumsum([len(z) for z in hung.designs])
+    parts = np.split(hung.room, ends[:-1], axis=1)
+    for z, w, (factor, target), part in zip(hung.designs, wrenches, triangles, parts, strict=True):
+        coefficients = np.linalg.lstsq(factor, target, rcond=SEEN)[0]
+        np.matmul(coefficients.T, z.T, out=part)
+        np.subtract(w.T, part, out=part)
+    return [part.T for part in parts]
 
 
 def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOptions) -> HangModel:
@@ -323,7 +347,7 @@ def _of_order(full: HangModel, lower: HangModel, theta: FloatArray) -> FloatArra
 
 
 def _noise_from_fit(
-    model: HangModel,
+    balance: HangResidual,
     designs: Sequence[FloatArray],
     wrenches: Sequence[FloatArray],
     weight_n: float,
@@ -339,18 +363,18 @@ def _noise_from_fit(
     FitError
         There are fewer readings than parameters: nothing shows the noise.
     """
-    sd = _TYPICAL_SD if noise_sd is None else np.asarray(noise_sd, dtype=float)
+    leg, sd = balance.model.leg, np.asarray(_TYPICAL_SD if noise_sd is None else noise_sd, float)
     triangles = [triangle(z, w) for z, w in zip(designs, wrenches, strict=True)]
     for _ in range(_NOISE_ROUNDS if noise_sd is None else 0):
         reduced = Reduced.of(designs, wrenches, white_noise(sd), triangles)
-        theta = fit_reduced(reduced, model, weight_n).estimates.values
-        table = HangResidual.of(model).coefficients(theta)
+        theta = fit_reduced(reduced, balance, weight_n).estimates.values
+        table = balance.coefficients(theta)
         left = np.concatenate(
             [w - z @ c.T for z, w, c in zip(designs, wrenches, table, strict=True)]
         )
         if left.size <= theta.size:
             raise FitError(
-                f"leg {model.leg}: {left.size} readings cannot carry {theta.size} parameters",
+                f"leg {leg}: {left.size} readings cannot carry {theta.size} parameters",
                 remedy="hang the leg in more orientations, or record for longer",
             )
         share = 1.0 - min(theta.size / left.size, 0.9)

@@ -8,7 +8,6 @@ import numpy as np
 
 from footcal_cli.core import chances
 from footcal_cli.core.hang.effect import HangResidual
-from footcal_cli.core.hang.model import HangModel
 from footcal_cli.core.hang.runs import HangRun
 from footcal_cli.core.hang.words import with_unseen
 from footcal_cli.core.inference.fit import Fit
@@ -28,17 +27,17 @@ def times_of(runs: Sequence[HangRun]) -> FloatArray:
 
 
 def fit_reduced(
-    reduced: Reduced, model: HangModel, weight_n: float, start: FloatArray | None = None
+    reduced: Reduced, balance: HangResidual, weight_n: float, start: FloatArray | None = None
 ) -> Fit:
     """Weight, offsets, CoM and tilts at maximum likelihood; the status says what stays unknown."""
+    model = balance.model
     parameters = model.parameters(weight_n)
-    coefficients = HangResidual.of(model).coefficients
-    fit = reduced.fit(parameters, coefficients, model.coefficient_jacobian, start)
+    fit = reduced.fit(parameters, balance.coefficients, model.coefficient_jacobian, start)
     return with_unseen(fit)
 
 
 def with_levels(
-    reduced: Reduced, model: HangModel, weight_n: float, fit: Fit, time_s: FloatArray
+    reduced: Reduced, balance: HangResidual, weight_n: float, fit: Fit, time_s: FloatArray
 ) -> tuple[Fit, FloatArray]:
     """The fit again where levels differ from hold to hold by more than the noise within one.
 
@@ -58,7 +57,7 @@ def with_levels(
     def levels(before: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         theta = fit.estimates.values
         return reduced.level_sd(
-            HangResidual.of(model).coefficients(theta), model.coefficient_jacobian(theta),
+            balance.coefficients(theta), balance.model.coefficient_jacobian(theta),
             fit.estimates.covariance, _GROUPS, before,
         )  # fmt: skip
 
@@ -66,19 +65,19 @@ def with_levels(
     if not sd.any():
         return fit, sd
     for _ in range(_LEVEL_ROUNDS - 1):
-        fit = fit_reduced(reduced.with_levels(sd), model, weight_n, fit.estimates.values)
+        fit = fit_reduced(reduced.with_levels(sd), balance, weight_n, fit.estimates.values)
         sd, _ = levels(sd)
     # an sd from few levels: as wide as Student's intervals
     wide = np.asarray(sd * chances.t_ppf(0.975, np.maximum(freedom, 1.0)) / chances.norm_ppf(0.975))
     start = fit.estimates.values
-    lasting = _lasting(reduced, model, start, time_s, sd, wide)
+    lasting = _lasting(reduced, balance, start, time_s, sd, wide)
     each = reduced.with_levels(wide) if lasting is None else lasting
-    return fit_reduced(each, model, weight_n, start), wide
+    return fit_reduced(each, balance, weight_n, start), wide
 
 
 def _lasting(
     reduced: Reduced,
-    model: HangModel,
+    balance: HangResidual,
     theta: FloatArray,
     time_s: FloatArray,
     sd: FloatArray,
@@ -87,7 +86,7 @@ def _lasting(
     """The records with levels that last from hold to hold; None where these cannot show it."""
     if time_s.size > _MOST_LASTING:
         return None
-    table = HangResidual.of(model).coefficients(theta), model.coefficient_jacobian(theta)
+    table = balance.coefficients(theta), balance.model.coefficient_jacobian(theta)
     covariance = np.stack([np.diag(np.full(time_s.size, v**2)) for v in wide])
     shown = False
     for group in _GROUPS:

@@ -78,9 +78,28 @@ class HangModel:
         self, phase_rad: FloatArray, temperature_degc: FloatArray, time_s: FloatArray
     ) -> FloatArray:
         """The z of each sample, shape (n, d): 1, sin φ, cos φ, sin 2φ …, temperature, time."""
-        columns = fourier_columns(phase_rad, self.order)
-        columns += [temperature_degc] * self.temperature + [time_s] * self.drift
-        return np.stack(columns).T
+        rows = np.empty((self.regressor_count, phase_rad.size))
+        return self.regressors_into(rows, phase_rad, temperature_degc, time_s)
+
+    @property
+    def regressor_count(self) -> int:
+        """Number d of regressors."""
+        return self.com_columns + self.temperature + self.drift
+
+    def regressors_into(
+        self,
+        rows: FloatArray,
+        phase_rad: FloatArray,
+        temperature_degc: FloatArray,
+        time_s: FloatArray,
+    ) -> FloatArray:
+        """The `regressors`, written into rows (d, n) of what others share."""
+        _fourier_rows(phase_rad, rows[: self.com_columns])
+        if self.temperature:
+            rows[self.com_columns] = temperature_degc
+        if self.drift:
+            rows[-1] = time_s
+        return rows.T
 
     def among(self, full: HangModel) -> IntArray:
         """Which regressors of a model with more harmonics are its own."""
@@ -238,6 +257,8 @@ class HangModel:
         unit, lean, turns = self.gravity_dir_t(tilt), self.base_design, self.tilt_design.shape[2]
         turn = self.tilt_design @ tilt[:turns]
         moved = -skew(unit) @ left_jacobian(turn) @ self.tilt_design
+        if not lean.size:
+            return np.asarray(moved)
         size = np.linalg.norm(self.nominal_dir_t + lean @ tilt[turns:], axis=1)
         leaned = rotation_exp(turn) @ lean / size[:, None, None]
         across = leaned - unit[:, :, None] * np.einsum("li,lib->lb", unit, leaned)[:, None, :]
@@ -319,13 +340,21 @@ def leg_com_acc_t_mps2(
 
 def fourier_columns(phase_rad: FloatArray, order: int) -> list[FloatArray]:
     """1, sin φ, cos φ, sin 2φ, cos 2φ … of shaft angles of any shape."""
-    columns = [np.ones_like(phase_rad)]
-    sine, cosine = np.sin(phase_rad), np.cos(phase_rad)
-    turned_sine, turned_cosine = sine, cosine
-    for _ in range(order):
-        columns += [turned_sine, turned_cosine]
-        turned_sine, turned_cosine = (
-            turned_sine * cosine + turned_cosine * sine,
-            turned_cosine * cosine - turned_sine * sine,
-        )
-    return columns
+    rows = np.empty((1 + 2 * order, phase_rad.size))
+    _fourier_rows(phase_rad.ravel(), rows)
+    return list(rows.reshape(-1, *phase_rad.shape))
+
+
+def _fourier_rows(phase_rad: FloatArray, rows: FloatArray) -> None:
+    """Fill rows with 1, sin φ, cos φ, sin 2φ, cos 2φ …, by the sums of angles."""
+    rows[0] = 1.0
+    if len(rows) == 1:
+        return
+    sine, cosine = np.sin(phase_rad, out=rows[1]), np.cos(phase_rad, out=rows[2])
+    spare = np.empty_like(sine)
+    for at in range(3, len(rows), 2):
+        before_sine, before_cosine, next_sine, next_cosine = rows[at - 2 : at + 2]
+        np.multiply(before_sine, cosine, out=next_sine)
+        np.add(next_sine, np.multiply(before_cosine, sine, out=spare), out=next_sine)
+        np.multiply(before_cosine, cosine, out=next_cosine)
+        np.subtract(next_cosine, np.multiply(before_sine, sine, out=spare), out=next_cosine)

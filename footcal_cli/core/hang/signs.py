@@ -31,10 +31,12 @@ def misfit_by_signs(
     reduced = Reduced.of(hung.designs, wrenches, noise, triangles)
     unseen = sum(float(np.sum((w / sd) ** 2)) for w in wrenches) - float(np.sum(reduced.target**2))
 
+    balance = HangResidual.of(hung.model)
+
     def misfit(signs: FloatArray) -> float:
         turned = replace(reduced, target=reduced.target * signs[:, None])
-        theta = fit_reduced(turned, hung.model, hung.weight_n).estimates.values
-        table = HangResidual.of(hung.model).coefficients(theta)
+        theta = fit_reduced(turned, balance, hung.weight_n).estimates.values
+        table = balance.coefficients(theta)
         left = (turned.factor @ table[..., None])[..., 0] - turned.target
         return unseen + float(np.sum(left**2))
 

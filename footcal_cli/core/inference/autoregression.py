@@ -6,15 +6,16 @@ independent claims intervals that are too short: with 2 s of memory they cover 6
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from operator import mul
 
 import numpy as np
 from scipy import optimize
-from scipy.fft import irfft, next_fast_len, rfft
-from scipy.linalg import qr
+from scipy.linalg.lapack import dtbtrs
 
 from footcal_cli.core import chances
+from footcal_cli.core.inference.regressor_share import RegressorShare, lag_products, power_of
 from footcal_cli.core.parameters import FloatArray
 
 MAX_LAGS = 30
@@ -33,7 +34,8 @@ _UNEVEN = 1.22
 """Of Bartlett's cumulative periodogram: its largest distance from even, times √n, at 10 %."""
 _LEAST = 1e-6
 """Of the mean power, so that logs without noise have a logarithm."""
-_STEADY = 1e-9
+_PIECE = 2048
+"""Samples that are filtered at once."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +70,29 @@ class ChannelNoise:
 
     def whitened(self, columns: FloatArray) -> FloatArray:
         """Columns (n, c) as the innovations see them, in units of their sd, shape (n − p, c)."""
-        order = self.ar.size
-        if order == 0:
-            return _without_slow(columns / self.innovation_sd, *self.slow)
-        rows = columns.shape[0]
-        filtered = columns[order:].copy()
-        for lag, weight in enumerate(self.ar, start=1):
-            filtered -= weight * columns[order - lag : rows - lag]
-        return _without_slow(np.asarray(filtered / self.innovation_sd), *self.slow)
+        pieces = [piece.copy() for piece in self._filtered(np.ascontiguousarray(columns.T))]
+        return _without_slow(np.hstack(pieces), *self.slow).T
+
+    def products(self, rows: FloatArray) -> FloatArray:
+        """Inner products of rows (c, n) once they are whitened, shape (c, c)."""
+        if self.slow[0]:
+            white = self.whitened(rows.T)
+            return np.asarray(white.T @ white)
+        return np.asarray(sum(piece @ piece.T for piece in self._filtered(rows)))
+
+    def _filtered(self, rows: FloatArray) -> Iterator[FloatArray]:
+        """``(x_t − Σ_j a_j x_{t−j}) / σ`` of rows (c, n), pieces that stay in the cache."""
+        order, size = self.ar.size, rows.shape[1]
+        room = np.empty((2, len(rows) * _PIECE))
+        for start in range(order, size, _PIECE):
+            end = min(start + _PIECE, size)
+            piece, part = room[:, : len(rows) * (end - start)].reshape(2, len(rows), -1)
+            np.divide(rows[:, start:end], self.innovation_sd, out=piece)
+            for lag, weight in enumerate(self.ar, start=1):
+                earlier = rows[:, start - lag : end - lag]
+                np.multiply(earlier, weight / self.innovation_sd, out=part)
+                np.subtract(piece, part, out=piece)
+            yield piece
 
     def spectrum(self, angle: FloatArray) -> FloatArray:
         """``σ² / |1 − Σ_j a_j e^{−ijω}|²`` without the slow part, at angles (k,) per row."""
@@ -91,32 +108,40 @@ class ChannelNoise:
         return self.ar.size == 0 and not self.slow[0]
 
 
-def _without_slow(columns: FloatArray, variance: float, memory: float) -> FloatArray:
-    """Innovations of columns (n, c) whose noise is white of sd one, and a slow part.
+def _without_slow(rows: FloatArray, variance: float, memory: float) -> FloatArray:
+    """Innovations of rows (c, n) whose noise is white of sd one, and a slow part.
 
-    A scalar Kalman filter: nothing is known of where the slow part starts. Once its gain is steady
-    it is ``(1 − φB)/(1 − θB)``.
+    A scalar Kalman filter: nothing is known of where the slow part starts. Its gains g_t follow
+    from the variances alone, so that the levels expected, ``m_t = φ (1 − g) m_{t−1} + φ g x`` with
+    the g and x before, solve a system with two diagonals.
     """
     if not variance:
-        return columns
-    from scipy.signal import lfilter
+        return rows
+    size = rows.shape[1]
+    spreads = _spreads(variance, memory, size)
+    gain = spreads / (spreads + 1.0)
+    diagonals = np.stack([np.ones(size), -memory * (1.0 - gain)])
+    driven = np.zeros((size, len(rows)), order="F")
+    driven[1:] = (memory * gain[:-1] * rows[:, :-1]).T
+    level, _ = dtbtrs(diagonals, driven, uplo="L")
+    return np.asarray((rows - level.T) / np.sqrt(spreads + 1.0))
 
-    out, at = np.empty_like(columns), np.zeros(columns.shape[1])
-    spread, start = variance, len(columns)
-    for t, row in enumerate(columns):
-        out[t] = (row - at) / np.sqrt(spread + 1.0)
-        gain = spread / (spread + 1.0)
-        at = memory * (at + gain * (row - at))
-        after = memory**2 * gain + variance * (1.0 - memory**2)
-        if abs(after - spread) < _STEADY * spread:
-            start = t + 1
-            break
-        spread = after
-    rest, kept = columns[start:], memory * (1.0 - gain)
-    if len(rest):
-        ahead, _ = lfilter([memory * gain], [1.0, -kept], rest, axis=0, zi=kept * at[None])
-        out[start:] = (rest - np.vstack([at, ahead[:-1]])) / np.sqrt(spread + 1.0)
-    return out
+
+def _spreads(variance: float, memory: float, size: int) -> FloatArray:
+    """Variances of a level before each row, ``s' = φ² s / (s + 1) + v (1 − φ²)``, from v on, (n,).
+
+    With the fixed points ``s₊ ≥ 0 > s₋`` of that map, ``(s − s₊) / (s − s₋)`` shrinks by the same
+    factor in each row.
+    """
+    added = variance * (1.0 - memory**2)
+    half = 0.5 * (memory**2 + added - 1.0)
+    root = np.sqrt(half**2 + added)
+    # of two numbers that nearly cancel the product, −added, is exact
+    far = half + root if half > 0.0 else half - root
+    above, below = (far, -added / far) if half > 0.0 else (-added / far, far)
+    factor = (memory**2 + added - above) / (memory**2 + added - below)
+    share = (variance - above) / (variance - below) * factor ** np.arange(size)
+    return np.asarray((above - below * share) / (1.0 - share))
 
 
 def fit_noise(
@@ -142,19 +167,17 @@ def fit_noise(
     lags = int(min(max_lags, shortest // _SAMPLES_PER_LAG))
     total = sum(residual.shape[0] for residual in residuals)
     count = np.array([sum(r.shape[0] - k for r in residuals) for k in range(lags + 1)])
-    products = _lag_products(residuals, lags)
+    products = lag_products([r.T for r in residuals], lags).T
     taken = sum(z.shape[1] for z in regressors)
     white = products / count[:, None] * (total / max(total - taken, 1))
     first = [_levinson(gamma, total) for gamma in white.T]
     coloured = any(ar.size for ar, _ in first)
-    shares = [_RegressorShare.of(z, lags) for z in regressors] if coloured else []
-    whole = _joined(shares)
+    shares = [RegressorShare.of(z, lags) for z in regressors] if coloured else []
     channels = []
     for raw, gamma, (ar, variance) in zip(products.T, white.T, first, strict=True):
         for _ in range(_ROUNDS if ar.size else 0):
             noise = ChannelNoise(ar, float(np.sqrt(variance)), 0.0)
-            gamma = raw + sum(share.taken(noise.spectrum(share.angle)) for share in whole)
-            gamma = gamma / count
+            gamma = (raw + _put_back(shares, noise)) / count
             ar, variance = _levinson(gamma, total)
         channels.append(ChannelNoise(ar, float(np.sqrt(variance)), float(np.sqrt(gamma[0]))))
     if not coloured:
@@ -167,7 +190,7 @@ def _with_slow_parts(
     residuals: Sequence[FloatArray],
     products: FloatArray,
     count: FloatArray,
-    shares: Sequence[_RegressorShare],
+    shares: Sequence[RegressorShare],
 ) -> tuple[ChannelNoise, ...]:
     """Noise with a slow part where that describes low frequencies surely better than the lags do.
 
@@ -177,16 +200,19 @@ def _with_slow_parts(
     low = [np.arange(1, len(r) // (2 * MAX_LAGS)) for r in residuals]
     angle = np.concatenate([2.0 * np.pi * k / len(r) for k, r in zip(low, residuals, strict=True)])
     # share of each frequency that the fit took
-    taken = np.concatenate([share.spectrum[k].sum(axis=1) / 2.0 / share.rows
+    taken = np.concatenate([share.spectrum[:, k].sum(axis=0) / 2.0 / share.rows
                             for k, share in zip(low, shares, strict=True)])  # fmt: skip
     shown = taken < _SEEN
     if shown.sum() < _FEWEST:
         return tuple(channels)
     power = np.concatenate(
-        [np.abs(rfft(r, axis=0)[k]) ** 2 / len(r) for k, r in zip(low, residuals, strict=True)]
+        [
+            np.stack([power_of(c)[k] for c in r.T], axis=-1) / len(r)
+            for k, r in zip(low, residuals, strict=True)
+        ]
     )
     power, angle = power[shown] / (1.0 - taken[shown])[:, None], angle[shown]
-    longest, lag, whole = max(len(r) for r in residuals), np.arange(len(count)), _joined(shares)
+    longest, lag = max(len(r) for r in residuals), np.arange(len(count))
     found = []
     for channel, own, raw in zip(channels, power.T, products.T, strict=True):
         level, variance, memory = _slow_part(own, angle, channel.spectrum(angle), longest)
@@ -195,11 +221,7 @@ def _with_slow_parts(
             continue
         fast = ChannelNoise(np.empty(0), float(np.sqrt(level)), 0.0)
         for _ in range(_ROUNDS):
-            put_back = sum(
-                share.taken(fast.spectrum(share.angle) + variance * _form(share.angle, memory))
-                for share in whole
-            )
-            gamma = (raw + put_back) / count
+            gamma = (raw + _put_back(shares, fast, (variance, memory))) / count
             ar, left = _levinson(gamma - variance * memory**lag, int(count[0]))
             fast = ChannelNoise(ar, float(np.sqrt(max(left, 0.0))), float(np.sqrt(gamma[0])))
         if not fast.innovation_sd > 0.0:
@@ -260,85 +282,36 @@ def _likeliest(power: FloatArray, form: FloatArray) -> tuple[float, float]:
     return level(ratio), level(ratio) * float(np.exp(ratio))
 
 
-def _lag_products(records: Sequence[FloatArray], lags: int) -> FloatArray:
-    """``Σ_i e_i e_{i+k}`` over records (n, c) for k = 0 … lags, shape (lags + 1, c)."""
-    if lags == 0:
-        return np.asarray(sum(np.sum(r**2, axis=0, keepdims=True) for r in records))
-    length = next_fast_len(max(r.shape[0] for r in records) + lags, real=True)
-    power = np.zeros((records[0].shape[1], length // 2 + 1))
-    for record in records:
-        # Single precision is plenty for the statistics of noise, and twice as fast.
-        seen = rfft(np.ascontiguousarray(record.T, dtype=np.float32), length)
-        power += seen.real**2 + seen.imag**2
-    return np.asarray(irfft(power, length)[:, : lags + 1].T)
-
-
 def _levinson(gamma: FloatArray, samples: int) -> tuple[FloatArray, float]:
     """Autoregression and innovation variance from autocovariances, order by AIC."""
-    ar = np.empty(0)
-    variance = float(gamma[0])
+    ar: list[float] = []
+    # plain numbers: the arrays of thirty numbers would cost more than what is done with them
+    left = [float(g) for g in gamma]
+    variance = left[0]
     best = (samples * np.log(variance) if variance > 0.0 else -np.inf, ar, variance)
-    for order in range(1, gamma.size):
-        if variance <= 0.0 or order > best[1].size + _PATIENCE:
+    for order in range(1, len(left)):
+        if variance <= 0.0 or order > len(best[1]) + _PATIENCE:
             break
-        reflection = (gamma[order] - ar @ gamma[order - 1 : 0 : -1]) / variance
+        reflection = (left[order] - sum(map(mul, ar, left[order - 1 : 0 : -1]))) / variance
         if abs(reflection) >= 1.0:
             break
-        ar = np.concatenate([ar - reflection * ar[::-1], [reflection]])
+        ar = [*(a - reflection * b for a, b in zip(ar, ar[::-1], strict=True)), reflection]
         variance *= 1.0 - reflection**2
         score = samples * np.log(variance) + 2.0 * order
         if score < best[0]:
             best = (score, ar, variance)
-    return best[1], best[2]
+    return np.array(best[1]), best[2]
 
 
-@dataclass(frozen=True)
-class _RegressorShare:
-    """What a fit takes out of one record, or out of several equally long ones.
-
-    Parameters
-    ----------
-    rows
-        Length n of the record.
-    spectrum
-        Power of each orthonormal regressor over the frequencies 0 … Nyquist, shape (n/2 + 1, d).
-    products
-        Their autocorrelations c_a(k), shape (lags + 1, d).
-    """
-
-    rows: int
-    spectrum: FloatArray
-    products: FloatArray
-
-    @classmethod
-    def of(cls, regressors: FloatArray, lags: int) -> _RegressorShare:
-        basis, rows = qr(regressors, mode="economic", check_finite=False)[0].T, len(regressors)
-        seen = rfft(basis)
-        spectrum = seen.real**2 + seen.imag**2
-        products = irfft(spectrum, rows)[:, : lags + 1].T.copy()
-        for lag in range(1, lags + 1):  # the record's ends do not meet
-            products[lag] -= np.sum(basis[:, :lag] * basis[:, rows - lag :], axis=1)
-        spectrum[:, 1 : (rows + 1) // 2] *= 2.0
-        return cls(rows, spectrum.T, products)
-
-    @property
-    def angle(self) -> FloatArray:
-        """Of the frequencies 0 … Nyquist, rad per row."""
-        return np.asarray(2.0 * np.pi * np.fft.rfftfreq(self.rows), dtype=np.float64)
-
-    def taken(self, spectrum: FloatArray) -> FloatArray:
-        """``Σ_a S_a c_a(k)`` of noise with a spectrum (n/2 + 1,), shape (lags + 1,)."""
-        return np.asarray(self.products @ (spectrum @ self.spectrum / self.rows))
-
-
-def _joined(shares: Sequence[_RegressorShare]) -> list[_RegressorShare]:
-    """The same shares, those of equally long records as one: they see noise alike."""
-    groups: dict[int, list[_RegressorShare]] = {}
+def _put_back(
+    shares: Sequence[RegressorShare], noise: ChannelNoise, slow: tuple[float, float] | None = None
+) -> FloatArray:
+    """What fits took of all records, shape (lags + 1,); `slow`: variance and φ of a slow part."""
+    each: dict[int, FloatArray] = {}  # equally long records see noise alike
     for share in shares:
-        groups.setdefault(share.rows, []).append(share)
-    return [
-        _RegressorShare(
-            rows, np.hstack([s.spectrum for s in group]), np.hstack([s.products for s in group])
-        )
-        for rows, group in groups.items()
-    ]
+        if share.rows not in each:
+            spectrum = share.lagged(noise.ar, noise.innovation_sd)
+            each[share.rows] = (
+                spectrum + slow[0] * _form(share.angle, slow[1]) if slow else spectrum
+            )
+    return np.asarray(sum(share.taken(each[share.rows]) for share in shares))

@@ -18,6 +18,8 @@ from footcal_cli.core.parameters import FloatArray
 _DECREMENT = 1e-10
 """Of the cost: what the last step may promise. It goes a hundred-thousandth of a sd, and what then
 remains is a small part of that."""
+_REMAINS = 1e-15
+"""Of the cost: what a next step would promise, from which it is not taken."""
 _ROUNDING = 1e-12
 """Of a cost, which a sum of squares loses: what a step promises below that is not seen."""
 _FIRST_DAMPING = 1e-9
@@ -88,19 +90,22 @@ def descend(
     hopeless
         Whether to give up at a state from which an undamped step promises so much of the cost.
     """
-    point, state, damping = begin, at(begin), _FIRST_DAMPING
+    point, state, damping, before = begin, at(begin), _FIRST_DAMPING, 0.0
     for steps in range(1, most_steps + 1):
         step, _, _ = newton_step(state, damping)
         promised = float(-0.5 * state.gradient @ step)
         if hopeless is not None and damping < _LEAST_RETRY and hopeless(state, promised):
             return Descent(point, state, steps, converged=False, given_up=True)
+        # near a minimum promises shrink by the same factor in each step, or by more
+        ratio = min(promised / before, 1.0) if before > 0.0 and damping < _LEAST_RETRY else 1.0
+        settled, before = promised < _DECREMENT or promised * ratio < _REMAINS, promised
         candidate = move(point, step)
         tried = at(candidate)
         # so little is lost in the cost's rounding, not in the gradient's
-        last = promised < _DECREMENT and damping < _LEAST_RETRY
+        last = settled and damping < _LEAST_RETRY
         if last or tried.cost <= state.cost + _ROUNDING * abs(state.cost):
             point, state, damping = candidate, tried, _EASE * damping
-            if promised < _DECREMENT:
+            if settled:
                 return Descent(point, state, steps, True)
         # shorter steps would show nothing either: the gradient is more exact than the cost
         elif damping < _LEAST_RETRY and promised < max(_DECREMENT, _ROUNDING * abs(state.cost)):

@@ -109,13 +109,17 @@ class Reduced:
         coloured = [channel for channel in range(channels) if not noise[channel].is_white]
         sd = np.array([channel.innovation_sd for channel in noise])
         sd = np.maximum(sd, LEAST_NOISE * sd.max())
+        room = np.empty((columns + 1, max(len(z) for z in designs)))
         for i, (z, w, (r, y)) in enumerate(zip(designs, records, triangles, strict=True)):
             factor[i, white] = r / sd[white, None, None]
             target[i, white] = y.T[white] / sd[white, None]
-            both = np.column_stack([z, w]) if coloured else z
+            rows = room[:, : len(z)]
+            if coloured:
+                rows[:-1] = z.T
             for channel in coloured:
-                seen = noise[channel].whitened(both[:, [*range(columns), columns + channel]])
-                factor[i, channel], own = triangle(seen[:, :-1], seen[:, -1:])
+                rows[-1] = w[:, channel]
+                seen = noise[channel].products(rows)
+                factor[i, channel], own = _triangle(seen[:-1, :-1], seen[:-1, -1:])
                 target[i, channel] = own[:, 0]
         return cls(factor, target)
 
@@ -287,9 +291,14 @@ def triangle(
 
     `gram` is ``zᵀ z`` where it is known already.
     """
-    eigenvalues, vectors = np.linalg.eigh(z.T @ z if gram is None else gram)
+    return _triangle(z.T @ z if gram is None else gram, z.T @ w)
+
+
+def _triangle(gram: FloatArray, cross: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`triangle` of ``zᵀ z`` and ``zᵀ w``."""
+    eigenvalues, vectors = np.linalg.eigh(gram)
     root = np.sqrt(np.clip(eigenvalues, 0.0, None))
     seen = root > SEEN * root[-1]
     factor = np.where(seen, root, 0.0)[:, None] * vectors.T
     inverse = np.where(seen, 1.0 / np.where(seen, root, 1.0), 0.0)
-    return factor, inverse[:, None] * (vectors.T @ (z.T @ w))
+    return factor, inverse[:, None] * (vectors.T @ cross)

@@ -8,7 +8,7 @@ mounting: ``R_k u_kl = v_l`` for every leg k and log l, with the robot's attitud
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.model import HangModel
 from footcal_cli.core.inference.linear import inverse_root
-from footcal_cli.core.parameters import Estimates, FloatArray, Status
+from footcal_cli.core.parameters import Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.pose.data import Geometry
 from footcal_cli.core.pose.model import Mounting
 from footcal_cli.core.spatial import skew, tangent_basis
@@ -157,20 +157,14 @@ class HangRows:
         Which hanging direction of the robot each leg's log belongs to, per leg (L_k,).
     logs
         Number of distinct hanging logs.
-    whiten
-        Inverse roots of the covariances.
-    bases
-        Two axes across each direction, transposed, per leg (L_k, 2, 3).
-    fixed
-        Derivative of offset and weight rows, per leg (7 + 2 L_k, 13K + 1 + 2L).
+    alike
+        The legs by their number of logs; rows are in this order.
     """
 
     legs: tuple[LegKnowledge, ...]
     log_of: tuple[tuple[int, ...], ...]
     logs: int
-    whiten: tuple[FloatArray, ...]
-    bases: tuple[FloatArray, ...]
-    fixed: tuple[FloatArray, ...]
+    alike: tuple[_Alike, ...]
 
     @classmethod
     def of(cls, geometry: Geometry, legs: tuple[LegKnowledge, ...]) -> tuple[HangRows, FloatArray]:
@@ -185,17 +179,8 @@ class HangRows:
                 if not same:
                     axes.append(direction)
             log_of.append(tuple(own))
-        whiten = tuple(inverse_root(leg.covariance) for leg in legs)
-        directions = np.array(axes).reshape(-1, 3)
-        bases = tuple(np.swapaxes(tangent_basis(leg.gravity_dir_t), -1, -2) for leg in legs)
-        count, fixed = len(legs), []
-        for k, chosen in enumerate(log_of):
-            slope = np.zeros((7 + 2 * len(chosen), 13 * count + 1 + 2 * len(axes)))
-            slope[:6, 6 * count + 6 * k : 6 * count + 6 * k + 6] = np.eye(6)
-            slope[6, 12 * count + k] = 1.0
-            fixed.append(slope)
-        rows = cls(legs, tuple(log_of), len(axes), whiten, bases, tuple(fixed))
-        return rows, directions
+        rows = cls(legs, tuple(log_of), len(axes), _Alike.of(legs, log_of, len(axes)))
+        return rows, np.array(axes).reshape(-1, 3)
 
     def aligned(self, geometry: Geometry, direction_b: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations that bring the legs' felt directions together, and those directions.
@@ -204,18 +189,17 @@ class HangRows:
         different directions stay nominal. Shapes (K, 3, 3) and (L, 3).
         """
         turn = np.broadcast_to(np.eye(3), (len(self.legs), 3, 3)).copy()
-        felt = [
-            leg.gravity_dir_t @ rot.T for leg, rot in zip(self.legs, geometry.rot_bt, strict=True)
-        ]
         for _ in range(_ALIGNING_ROUNDS if self.logs else 0):
             total = np.zeros_like(direction_b)
-            for k, own in enumerate(felt):
-                chosen = list(self.log_of[k])
-                left, size, right = np.linalg.svd(direction_b[chosen].T @ own)
-                if size[1] > _TWO_DIRECTIONS:
-                    flip = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
-                    turn[k] = left @ flip @ right
-                np.add.at(total, chosen, own @ turn[k].T)
+            for same in self.alike:
+                felt = same.gravity_dir_t @ np.swapaxes(geometry.rot_bt[same.legs], 1, 2)
+                seen = np.swapaxes(direction_b[same.log_of], 1, 2) @ felt
+                left, size, right = np.linalg.svd(seen)
+                left[..., 2] *= np.linalg.det(left @ right)[:, None]
+                enough = size[:, 1, None, None] > _TWO_DIRECTIONS
+                turn[same.legs] = np.where(enough, left @ right, turn[same.legs])
+                turned = felt @ np.swapaxes(turn[same.legs], 1, 2)
+                np.add.at(total, same.log_of.ravel(), turned.reshape(-1, 3))
             direction_b = total / np.linalg.norm(total, axis=1, keepdims=True)
         return turn, direction_b
 
@@ -225,25 +209,92 @@ class HangRows:
         """Whitened residual (m,) and its derivative by all unknowns (m, 13K + 1 + 2L)."""
         count = len(self.legs)
         rot = mounting.turn_b @ geometry.rot_bt
-        levers = np.swapaxes(rot, -1, -2)[:, None] @ skew(mounting.hang_dir_b)[None]
-        leans = np.swapaxes(rot, -1, -2)[:, None] @ tangent[None]
+        back = np.swapaxes(rot, -1, -2)[:, None]
+        levers, leans = back @ skew(mounting.hang_dir_b), back @ tangent
         residuals, slopes = [], []
-        for k, leg in enumerate(self.legs):
-            chosen = list(self.log_of[k])
-            basis = self.bases[k]
-            felt = mounting.hang_dir_b[chosen] @ rot[k]
-            residual = np.empty(7 + 2 * len(chosen))
-            residual[:6] = mounting.offset[k] - leg.offset
-            residual[6] = mounting.leg_weight_n[k] - leg.weight_n
-            residual[7:] = (basis @ felt[..., None])[..., 0].ravel()
-            slope = self.fixed[k].copy()
-            turned = (basis @ levers[k, chosen]).reshape(-1, 3)
+        for same in self.alike:
+            chosen, basis = same.log_of, same.bases
+            legs, logs = chosen.shape
+            each = same.legs[:, None]
+            felt = mounting.hang_dir_b[chosen] @ rot[same.legs]
+            residual = np.empty((legs, 7 + 2 * logs))
+            residual[:, :6] = mounting.offset[same.legs]
+            residual[:, 6] = mounting.leg_weight_n[same.legs]
+            residual[:, :7] -= same.known
+            residual[:, 7:] = (basis @ felt[..., None]).reshape(legs, -1)
+            slope = same.fixed.copy()
+            turned = (basis @ levers[each, chosen]).reshape(legs, -1, 3)
             # The directions follow the mean turn of all legs (see `model.moved`).
-            slope[7:, : 3 * count].reshape(-1, count, 3)[:] = -turned[:, None] / count
-            slope[7:, 3 * k : 3 * k + 3] += turned
-            leaning = slope[7:, slope.shape[1] - 2 * self.logs :]
-            leaning = leaning.reshape(len(chosen), 2, self.logs, 2)
-            leaning[range(len(chosen)), :, chosen] = basis @ leans[k, chosen]
-            residuals.append(self.whiten[k] @ residual)
-            slopes.append(self.whiten[k] @ slope)
+            by_turn = slope[:, 7:, : 3 * count].reshape(legs, -1, count, 3)
+            by_turn -= turned[:, :, None] / count
+            by_turn[np.arange(legs), :, same.legs] += turned
+            slope[:, 7:, : 3 * count] = by_turn.reshape(legs, -1, 3 * count)
+            by_lean = np.zeros((legs, logs, 2, self.logs, 2))
+            by_lean[np.arange(legs)[:, None], np.arange(logs), :, chosen] = (
+                basis @ leans[each, chosen]
+            )
+            slope[:, 7:, slope.shape[2] - 2 * self.logs :] = by_lean.reshape(
+                legs, 2 * logs, 2 * self.logs
+            )
+            residuals.append((same.whiten @ residual[..., None]).ravel())
+            slopes.append((same.whiten @ slope).reshape(residual.size, -1))
         return np.concatenate(residuals), np.concatenate(slopes)
+
+
+@dataclass(frozen=True)
+class _Alike:
+    """Legs that hung in equally many logs, L_k of them: their rows are made at once.
+
+    Parameters
+    ----------
+    legs
+        Their numbers, shape (a,).
+    log_of
+        As in `HangRows`, shape (a, L_k).
+    known
+        Offset and weight, shape (a, 7).
+    gravity_dir_t
+        As in `LegKnowledge`, shape (a, L_k, 3).
+    whiten
+        Inverse roots of the covariances, shape (a, 7 + 2 L_k, 7 + 2 L_k).
+    bases
+        Two axes across each direction, transposed, shape (a, L_k, 2, 3).
+    fixed
+        Derivative of offset and weight rows, shape (a, 7 + 2 L_k, 13K + 1 + 2L).
+    """
+
+    legs: IntArray
+    log_of: IntArray
+    known: FloatArray
+    gravity_dir_t: FloatArray
+    whiten: FloatArray
+    bases: FloatArray
+    fixed: FloatArray
+
+    @classmethod
+    def of(
+        cls, legs: tuple[LegKnowledge, ...], log_of: Sequence[Sequence[int]], logs: int
+    ) -> tuple[_Alike, ...]:
+        """Legs by their number of logs, of which there are so many in all."""
+        groups: dict[int, list[int]] = {}
+        for k, chosen in enumerate(log_of):
+            groups.setdefault(len(chosen), []).append(k)
+        count, found = len(legs), []
+        for many, own in groups.items():
+            fixed = np.zeros((len(own), 7 + 2 * many, 13 * count + 1 + 2 * logs))
+            for i, k in enumerate(own):
+                fixed[i, :6, 6 * count + 6 * k : 6 * count + 6 * k + 6] = np.eye(6)
+                fixed[i, 6, 12 * count + k] = 1.0
+            felt = np.stack([legs[k].gravity_dir_t for k in own])
+            found.append(
+                cls(
+                    np.array(own),
+                    np.array([log_of[k] for k in own], dtype=np.int64).reshape(len(own), many),
+                    np.array([[*legs[k].offset, legs[k].weight_n] for k in own]),
+                    felt,
+                    inverse_root(np.stack([legs[k].covariance for k in own])),
+                    np.swapaxes(tangent_basis(felt), -1, -2),
+                    fixed,
+                )
+            )
+        return tuple(found)

@@ -14,7 +14,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry
-from footcal_cli.core.spatial import rotation_exp, skew, tangent_basis, wrench_transform
+from footcal_cli.core.spatial import cross, rotation_exp, skew, tangent_basis, wrench_transform
 
 _EYE = np.eye(3)
 
@@ -110,19 +110,19 @@ def balance_derivative(geometry: Geometry, mounting: Mounting, structure: Struct
     turning[..., 3:, :3] = arm[:, None] @ turned
     if structure is Structure.BODY_ROTATIONS:
         hip = (mounting.turn_b @ geometry.hip_b_m[..., None])[..., 0]
-        moved = np.cross(_EYE[None], hip[:, None])
+        moved = cross(_EYE[None], hip[:, None])
         turning[..., 3:, :3] += skew(moved) @ rot[:, None]
     shifting = np.zeros((legs, 3, 6, 6))
     shifting[..., 3:, :3] = turned
 
     derivative = np.zeros((13 * legs + 1, 6, 6 * legs + 4))
-    for k in range(legs):
-        at = slice(6 * k, 6 * k + 6)
-        for start, moves in ((3 * k, turning[k]), (3 * legs + 3 * k, shifting[k])):
-            derivative[start : start + 3, :, at] = moves
-            derivative[start : start + 3, :, -1] = -(moves @ mounting.offset[k])
-        own = 6 * legs + 6 * k
-        derivative[own : own + 6, :, -1] = -each[k].T
+    leg = np.arange(legs)
+    for first, moves in ((0, turning), (3 * legs, shifting)):
+        own = derivative[first : first + 3 * legs].reshape(legs, 3, 6, -1)
+        own[..., : 6 * legs].reshape(legs, 3, 6, legs, 6)[leg, :, :, leg] = moves  # a view
+        own[..., -1] = -(moves @ mounting.offset[:, None, :, None])[..., 0]
+    own = derivative[6 * legs : 12 * legs].reshape(legs, 6, 6, -1)
+    own[..., -1] = -np.swapaxes(each, 1, 2)
     weights = slice(12 * legs, 13 * legs)
     derivative[weights, :3, 6 * legs : -1] = -_EYE
     derivative[-1, :3, 6 * legs : -1] = _EYE

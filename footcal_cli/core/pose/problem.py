@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.inference.descent import Descent, descend
-from footcal_cli.core.inference.linear import inverse_root, scaled_inverse
+from footcal_cli.core.inference.linear import inverse_root, regressed
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import Geometry, PoseSummary
 from footcal_cli.core.pose.hanging import HangRows, LegKnowledge
@@ -90,7 +90,8 @@ class PoseState:
     Parameters
     ----------
     slopes
-        ``W^½ dM/dθ`` of the free unknowns, shape (n, 6, 6K + 4).
+        ``W^½ dM/dθ`` of the free unknowns that move the balance, which are the first of the n,
+        shape (≤ n, 6, 6K + 4).
     seen, own
         Gram matrix of the wrenches closest to the measured ones that balance, with and without
         the part that is noise.
@@ -123,7 +124,9 @@ class PoseState:
     def _metric(self, middle: FloatArray) -> FloatArray:
         count = self.slopes.shape[0]
         right = (self.slopes.reshape(-1, middle.shape[0]) @ middle).reshape(count, -1)
-        return np.asarray(self.slopes.reshape(count, -1) @ right.T)
+        metric = np.zeros_like(self.prior)
+        metric[:count, :count] = self.slopes.reshape(count, -1) @ right.T
+        return metric
 
 
 @dataclass(frozen=True)
@@ -215,15 +218,14 @@ class PoseCost:
         unknowns, features = derivative.shape[0], derivative.shape[2]
         gradient = np.zeros(self.precision.shape[0])
         gradient[:unknowns] = derivative.reshape(unknowns, -1) @ weighed.ravel()
-        free = np.zeros((gradient.size, matrix.size))
-        free[:unknowns] = (root @ derivative).reshape(unknowns, -1)
+        free = (root @ derivative).reshape(unknowns, -1)
 
         rows, slope = self.hang.rows(geometry, mounting, mounting.tangent)
         away = self._away(mounting)
         gradient += slope.T @ rows + self.precision @ away
         prior = slope.T @ slope + self.precision
         if self.columns is not None:
-            free, gradient = self.columns.T @ free, self.columns.T @ gradient
+            free, gradient = self.columns[:unknowns].T @ free, self.columns.T @ gradient
             prior = self.columns.T @ prior @ self.columns
         chi2_hang = float(rows @ rows)
         return PoseState(
@@ -286,7 +288,7 @@ class PoseCost:
     def covariance(self, mounting: Mounting, state: PoseState) -> tuple[FloatArray, int, int]:
         """Sandwich ``H⁻¹ B H⁻¹``: curvature from the true wrenches, score with their noise."""
         hessian, score = state.hessian(), state.score()
-        inverse = scaled_inverse(hessian, 1e-14)
+        inverse = regressed(hessian, np.eye(len(hessian)), 1e-14)
         middle = inverse @ score @ inverse
         full = middle if self.columns is None else self.columns @ middle @ self.columns.T
         size = 13 * mounting.turn_b.shape[0] + 1

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.effects.transport import hermite
+from footcal_cli.core.filters import recursion
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.simulation.noise import stream
 from footcal_cli.core.simulation.robots import Biped
@@ -173,12 +173,10 @@ def _com_path(
     cop = _eased_path(grid, knot_s, knot_m)
     decay = np.exp(-omega * _GRID_S)
     slow = (1.0 - decay) / (omega * _GRID_S)
-    numerator, denominator = [1.0 - slow, slow - decay], [1.0, -decay]
+    forward = (1.0 - slow, slow - decay)
 
     def smoothed(signal: FloatArray) -> FloatArray:
-        start = signal[0] * (1.0 - numerator[0])
-        out, _ = lfilter(numerator, denominator, signal, axis=0, zi=start[None])
-        return np.asarray(out)
+        return recursion(signal, forward, (-decay,), signal[:1] * (1.0 - forward[0]))
 
     past, future = smoothed(cop), smoothed(cop[::-1])[::-1]
     return grid, 0.5 * (past + future), 0.5 * omega * (future - past)
