@@ -153,7 +153,9 @@ def cell_rows(
     Parameters
     ----------
     log
-        Walk or stand with raw counts, filtered as wanted; rows that must not count are NaN.
+        Walk or stand with raw counts, filtered as wanted; rows that must not count are NaN. What
+        the filter carried from stances into swings, where `carried_over` is known, is taken off
+        cells in the air.
     samples_per_update
         Samples averaged to one block (20 Hz from 80 Hz).
     states
@@ -189,6 +191,9 @@ def cell_rows(
             states,
             below[part],
         )
+        if "carried_over" in log.known:
+            own = belief.scale_n_per_count * log.known["carried_over"][part]
+            error[:, len(walk.CELL_TOTALS) :] -= own
         if not swing:
             valid[:, len(walk.CELL_TOTALS) :] = False
         h[:, :, :-1] *= prior_sd

@@ -75,18 +75,17 @@ def six_axis_rows(
     Parameters
     ----------
     log
-        Walk with wrenches as logged and `footcal_cli.core.experiments.walk.SIX_AXIS_KNOWN`.
+        Walk with wrenches as logged and `footcal_cli.core.experiments.walk.SIX_AXIS_KNOWN`; what is
+        `carried_over` from stances by a filter is taken off feet in the air.
     samples_per_update
         Samples averaged to one block.
     scales
         Whether the scale of each axis is unknown; otherwise only offsets are.
     mass
-        Whether the mass is unknown. With free scales it is taken as known: a common scale and the
-        mass are the same thing, and were both free, all forces would shrink together, since that
-        shrinks their noise as well.
+        Whether the mass is unknown. With free scales it is known: a common scale and the mass are
+        the same thing, and forces that all shrink together would shrink their noise as well.
     walking
-        Whether the body moves: only then a delay of its stream and the CoM of what hangs below
-        each transducer are unknowns of their own.
+        Whether the body moves: only then a delay and the CoM below a transducer are unknowns.
     prior_sd
         Prior sd of kinds of unknowns where they differ from `PRIOR_SD`.
     """
@@ -130,6 +129,7 @@ def six_axis_rows(
     error, valid, h = in_heading(
         balance.error, balance.valid, h * np.array(scale), _HORIZONTAL, heading_rad(used)
     )
+    error[:, len(walk.SIX_AXIS_TOTALS) :] -= used.known.get("carried_over", 0.0)
     h, error, valid = block_means(error, valid, h, samples_per_update)
     last = np.arange(1, blocks + 1) * samples_per_update - 1
     return Rows(
