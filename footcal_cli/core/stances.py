@@ -164,14 +164,22 @@ def _shared_out(rows: StanceRows, common: BoolArray) -> StanceRows:
     )
 
 
-def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
+def six_axis_stance_rows(log: Log, quiet: QuietSet, mass_share_sd: float) -> StanceRows:
     """Average the balance of six-axis feet over each stance.
 
-    A scale is off by what a data sheet allows, in all stances alike; floors as for cells.
+    A scale is off by what a data sheet allows, in all stances alike; floors as for cells. What
+    stands is the stated mass: of it and of all offsets together, moments show little.
+
+    Parameters
+    ----------
+    mass_share_sd
+        Sd of the stated mass as a share of it.
     """
+    mass_sd = mass_share_sd * float(np.mean(log.known["mass_kg"]))
     rows = six_axis_rows(
-        log, samples_per_update=1, mass=True, walking=False, prior_sd={"scale": DATA_SHEET}
-    )
+        log, samples_per_update=1, mass=True, walking=False,
+        prior_sd={"scale": DATA_SHEET, "mass_correction": mass_sd},
+    )  # fmt: skip
     floors = floors_of(weight_of(log), _height_of(log))
     force, moment, lifted = floors
     totals = [force] * 3 + [moment] * 2

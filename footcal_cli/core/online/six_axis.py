@@ -46,8 +46,8 @@ a share of itself."""
 _MASS_SHARE = 0.1
 """Prior sd of the mass as a share of it, where scales are not free. Models of humanoids leave out
 cables, covers and batteries."""
-_SURE_N = 1e-3
-"""Sd of the weight below a plate: none is there."""
+BELOW_SHARE, _SURE_N = 0.0045, 1e-3
+"""Sd of what is stated to hang below a transducer by the robot's weight; below a plate is none."""
 KNOWN_MASS = 0.002
 """Sd of a mass that is taken as known, as a share of it: all scales together are as unsure."""
 KNOWN_SWING = 0.05
