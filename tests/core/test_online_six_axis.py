@@ -12,10 +12,10 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.reference_states import advanced
+from footcal_cli.core.online.rows import by_neighbours
 from footcal_cli.core.online.six_axis import (
     KNOWN_MOTION,
     PRIOR_SD,
-    by_neighbours,
     shared_errors,
     six_axis_rows,
 )

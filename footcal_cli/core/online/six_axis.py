@@ -19,7 +19,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.reference_states import advanced
 from footcal_cli.core.online.replay import held
-from footcal_cli.core.online.rows import Rows, block_means, updates_of
+from footcal_cli.core.online.rows import Rows, block_means, by_neighbours, updates_of
 from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
 from footcal_cli.core.spatial import in_heading
 
@@ -325,23 +325,6 @@ def _unloaded(log: Log) -> FloatArray:
             for k in range(wrench.shape[1])
         ]
     )
-
-
-def by_neighbours(readings: FloatArray, size: int) -> FloatArray:
-    """Readings as the blocks of `size` samples before and after have them, shape (n, c).
-
-    The regressor of a scale. A block's own reading would not do: its noise stands in the error as
-    well, and a scale regressed on it is pulled towards −1 by noise over reading, squared. That of
-    its neighbours is another noise (instrumental variables).
-    """
-    at = np.arange(len(readings))
-    before, after = readings[np.maximum(at - size, 0)], readings[np.minimum(at + size, at[-1])]
-    before, after = (
-        np.where((at < size)[:, None], after, before),
-        np.where((at + size > at[-1])[:, None], before, after),
-    )
-    mean = 0.5 * (before + after)
-    return np.where(np.isfinite(mean), mean, readings)
 
 
 def _total_of_axes(rot: FloatArray, arm: FloatArray) -> FloatArray:
