@@ -102,7 +102,9 @@ def _on_transducers(
         rows, quiet = all_stances(
             session.options,
             recordings,
-            lambda recording, chosen: six_axis_stance_rows(recording.merged.log, chosen),
+            lambda recording, chosen: six_axis_stance_rows(
+                recording.merged.log, chosen, session.recipe.robot.mass_share_sd
+            ),
         )
         fit = fit_static_six_axis(rows)
     found = outcome_of(session.recipe.robot.name, rows, fit, quiet)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
-from footcal_cli.core.signals import stretches
+from footcal_cli.core.signals import low_pass_stretches, stretches
 
 _IN_AIR = 0.05
 """Quantile of a foot's force that it reads in the air, whatever its offset."""
@@ -215,19 +215,62 @@ def airborne(contact: FloatArray) -> FloatArray:
     contact or in the air counts as standing.
     """
     swinging = np.zeros(contact.shape)
-    rows = np.arange(len(contact))
     for foot, state in enumerate(contact.T):
-        known = np.flatnonzero(np.isfinite(state))
-        if known.size:
-            after = np.clip(np.searchsorted(known, rows), 0, known.size - 1)
-            before = np.maximum(after - 1, 0)
-            nearer = np.where(
-                np.abs(known[after] - rows) <= np.abs(rows - known[before]), after, before
-            )
-            step = (state[known[nearer]] == 0.0).astype(float)
-            padded = np.pad(step, _ROUNDING.size // 2, mode="edge")
+        if np.isfinite(state).any():
+            padded = np.pad(_in_air(state).astype(float), _ROUNDING.size // 2, mode="edge")
             swinging[:, foot] = np.convolve(padded, _ROUNDING, mode="valid")
     return swinging
+
+
+def _in_air(state: FloatArray) -> BoolArray:
+    """Whether a foot is in the air, a transition taken for the nearer of its ends, shape (n,)."""
+    rows, known = np.arange(state.size), np.flatnonzero(np.isfinite(state))
+    after = np.clip(np.searchsorted(known, rows), 0, known.size - 1)
+    before = np.maximum(after - 1, 0)
+    nearer = np.where(np.abs(known[after] - rows) <= np.abs(rows - known[before]), after, before)
+    return np.asarray(state[known[nearer]] == 0.0)
+
+
+def carried_over(
+    readings: FloatArray,
+    good: BoolArray,
+    contact: FloatArray,
+    feet: Sequence[IntArray],
+    rate_hz: float,
+    cutoff_hz: float,
+) -> FloatArray:
+    """What the zero-phase low-pass carries of stances into swings, shape (n, c).
+
+    A reading is its level in the air and a load that is zero there, ``y = l + q``. The filter F
+    leaves ``F q`` of the stances around it in a swing: some thousandths of the weight near its
+    ends, and in its middle where it lasts no longer than ``2 / cutoff``.
+
+    Parameters
+    ----------
+    readings
+        Before the filter, shape (n, c).
+    good
+        Rows that are filtered, as `footcal_cli.core.signals.low_pass_stretches` has it, (n,).
+    contact
+        From `detect_contact`, shape (n, feet).
+    feet
+        Columns of each foot's channels.
+    """
+    carried = np.zeros(readings.shape)
+    rows = np.arange(len(readings))
+    for state, columns in zip(contact.T, feet, strict=True):
+        settled = (state == 0.0) & good
+        if not settled.any():
+            continue
+        air = _in_air(state)
+        swings = [(a, b) for a, b in stretches(air) if settled[a:b].any()]
+        middle = [0.5 * (a + b) for a, b in swings]
+        levels = [np.median(readings[a:b, columns][settled[a:b]], axis=0) for a, b in swings]
+        level = np.stack([np.interp(rows, middle, own) for own in np.transpose(levels)], axis=1)
+        load = np.where(air[:, None], 0.0, readings[:, columns] - level)
+        left = low_pass_stretches(load, good, rate_hz, cutoff_hz)
+        carried[:, columns] = np.where(settled[:, None], left, 0.0)
+    return carried
 
 
 def _hysteresis(force: FloatArray, low: float, high: float) -> BoolArray:

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.inference.observability import NextStep, rank_candidates
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.stances import StanceRows, floors_of
+from footcal_cli.core.stances import StanceRows
 from footcal_cli.core.static_init import fit_static
 
 COUNTS = (1, 2, 5, 10)
@@ -156,7 +156,7 @@ def _imagined(
     arms = cells - cop
     per_force = np.stack([np.ones(c), arms[:, 1], -arms[:, 0]])
     h = np.concatenate([per_force * force, per_force], axis=1)
-    total, moment, swinging = floors_of(weight_n)
+    total, moment, swinging = rows.floors
     sd = [total, moment, moment]
     if lifted is not None:
         swing = np.zeros((feet[lifted].size, 2 * c))

@@ -14,10 +14,13 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.quiet import QuietSet
 from footcal_cli.core.signals import autocorrelation_time
 
-FORCE_SHARE, MOMENT_SHARE_M, SWING_SHARE = 0.0015, 5e-4, 0.003
-"""What a stance's mean is worth at best, by the robot's weight: force and moment about the CoM, as
-cells that were calibrated hole by hole are left with ([NAO], Table 3: 0.08 N and 0.5 mm of 53 N); a
-lifted cell, on which cables and a loose sole pull."""
+FORCE_SHARE, LEVER_SHARE, SWING_SHARE = 0.0015, 0.002, 0.003
+"""What a stance's mean is worth at best: force by the robot's weight, lever about the CoM by the
+CoM's height, as cells that were calibrated hole by hole are left with ([NAO], Table 3: 0.08 N of
+53 N, 0.5 mm under a CoM at 0.26 m); by the weight a lifted cell, on which cables and a loose sole
+pull."""
+_USUAL_HEIGHT_M = 0.25
+"""Of a CoM that nobody logged: that of [NAO]."""
 COM_SHARE = 0.004
 """Sd of where the model has the CoM, as a share of its height, the same in every stance: masses of
 links are some per cent off, and an inertial unit leans by milliradians."""
@@ -46,6 +49,8 @@ class StanceRows:
     shared
         Errors of one sd that all stances have in common (the model's CoM ahead, and to the left),
         shape (rows, m).
+    floors
+        What a stance does not average out: force (N), moment (Nm), lifted cell (N).
     """
 
     h: FloatArray
@@ -59,6 +64,7 @@ class StanceRows:
     prior_correlation: FloatArray
     effective_samples: FloatArray
     shared: FloatArray
+    floors: tuple[float, float, float]
 
     @property
     def whitened(self) -> FloatArray:
@@ -101,37 +107,37 @@ def stance_rows(
     quiet
         From `select_quiet`.
     force_sd_n, moment_sd_nm, swing_sd_n
-        Floors of total force, moments and lifted cells; `FORCE_SHARE`, `MOMENT_SHARE_M` and
-        `SWING_SHARE` of the weight where None.
+        Floors of total force, moments and lifted cells; where None, `FORCE_SHARE` of the weight,
+        `LEVER_SHARE` of the CoM's height times the weight, and `SWING_SHARE` of the weight.
     com_sd_m
         Sd of the model's CoM along each of the body's horizontal axes; `COM_SHARE` of its height
         where None.
     """
     if com_sd_m is None:
-        height = log.known["com_m"][:, 2]
-        com_sd_m = (
-            COM_SHARE * float(height[np.isfinite(height)].mean())
-            if np.isfinite(height).any()
-            else 0.0
-        )
+        com_sd_m = COM_SHARE * _height_of(log) if np.isfinite(log.known["com_m"]).any() else 0.0
     rows = cell_rows(
         log, belief, samples_per_update=1, states=_COM, plate=False, static=True,
         state_sd=dict.fromkeys(_COM, com_sd_m),
     )  # fmt: skip
-    force, moment, swing = (
-        own if given is None else given
-        for own, given in zip(
-            floors_of(weight_of(log)), (force_sd_n, moment_sd_nm, swing_sd_n), strict=True
-        )
-    )
-    floors = [force, moment, moment] + [swing] * len(log.channels)
-    means = stance_means(rows, quiet, np.array(floors))
+    own = floors_of(weight_of(log), _height_of(log))
+    force = own[0] if force_sd_n is None else force_sd_n
+    moment = own[1] if moment_sd_nm is None else moment_sd_nm
+    swing = own[2] if swing_sd_n is None else swing_sd_n
+    each = [force, moment, moment] + [swing] * len(log.channels)
+    means = stance_means(rows, quiet, np.array(each), (force, moment, swing))
     return _shared_out(means, np.array([name in _COM for name in rows.names]))
 
 
-def floors_of(weight_n: float) -> tuple[float, float, float]:
+def floors_of(weight_n: float, height_m: float) -> tuple[float, float, float]:
     """Floors of total force (N), moments (Nm) and lifted cells (N) of a robot's stances."""
-    return FORCE_SHARE * weight_n, MOMENT_SHARE_M * weight_n, SWING_SHARE * weight_n
+    return FORCE_SHARE * weight_n, LEVER_SHARE * height_m * weight_n, SWING_SHARE * weight_n
+
+
+def _height_of(log: Log) -> float:
+    """Mean height of the CoM, m; `_USUAL_HEIGHT_M` where nobody logged it."""
+    height = log.known["com_m"][:, 2]
+    seen = height[np.isfinite(height)]
+    return float(np.abs(seen).mean()) if seen.size else _USUAL_HEIGHT_M
 
 
 def weight_of(log: Log) -> float:
@@ -158,28 +164,41 @@ def _shared_out(rows: StanceRows, common: BoolArray) -> StanceRows:
     )
 
 
-def six_axis_stance_rows(log: Log, quiet: QuietSet) -> StanceRows:
+def six_axis_stance_rows(log: Log, quiet: QuietSet, mass_share_sd: float) -> StanceRows:
     """Average the balance of six-axis feet over each stance.
 
-    A scale is off by what a data sheet allows, in all stances alike; floors as for cells.
+    A scale is off by what a data sheet allows, in all stances alike; floors as for cells. What
+    stands is the stated mass: of it and of all offsets together, moments show little.
+
+    Parameters
+    ----------
+    mass_share_sd
+        Sd of the stated mass as a share of it.
     """
+    mass_sd = mass_share_sd * float(np.mean(log.known["mass_kg"]))
     rows = six_axis_rows(
-        log, samples_per_update=1, mass=True, walking=False, prior_sd={"scale": DATA_SHEET}
-    )
-    force, moment, lifted = floors_of(weight_of(log))
+        log, samples_per_update=1, mass=True, walking=False,
+        prior_sd={"scale": DATA_SHEET, "mass_correction": mass_sd},
+    )  # fmt: skip
+    floors = floors_of(weight_of(log), _height_of(log))
+    force, moment, lifted = floors
     totals = [force] * 3 + [moment] * 2
     swing = lifted * rows.swing_sd_factor
-    means = stance_means(rows, quiet, np.concatenate([totals, swing]))
+    means = stance_means(rows, quiet, np.concatenate([totals, swing]), floors)
     return _shared_out(means, np.array([".scale_" in name for name in rows.names]))
 
 
-def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:
+def stance_means(
+    rows: Rows, quiet: QuietSet, each: FloatArray, floors: tuple[float, float, float]
+) -> StanceRows:
     """Average rows, one per sample, over each stance.
 
     Parameters
     ----------
-    floors
+    each
         What a stance does not average out of each output, shape (k,).
+    floors
+        The same by kind: force, moment, lifted cell.
     """
     h, error, sd, output, stance, worth = [], [], [], [], [], []
     for number in range(quiet.stances):
@@ -193,7 +212,7 @@ def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:
             h.append(rows.h[use, k].mean(axis=0))
             error.append(rows.error[use, k].mean())
             spread = np.std(rows.error[use, k]) / np.sqrt(use.sum() / tau)
-            sd.append(np.hypot(spread, floors[k]))
+            sd.append(np.hypot(spread, each[k]))
             output.append(name)
             stance.append(number)
     return StanceRows(
@@ -208,4 +227,5 @@ def stance_means(rows: Rows, quiet: QuietSet, floors: FloatArray) -> StanceRows:
         prior_correlation=rows.prior_correlation,
         effective_samples=np.array(worth),
         shared=np.zeros((len(error), 0)),
+        floors=floors,
     )

@@ -26,8 +26,12 @@ from footcal_cli.core.parameters import (
 from footcal_cli.core.stances import StanceRows
 
 _FALSE_LIFT_SIGMAS = 4.0
+_SCATTER_ROUNDS = 5
+_FLOORS_WORTH = 2.0
+"""Degrees of freedom that what a stance is worth at best counts as, beside those of the stances."""
 MISFIT = 3.0
-"""Chi² per row from which stances contradict each other or the mass, beyond noise and prior."""
+"""Chi² per row from which stances contradict each other or the mass, beyond noise and prior: worth
+a warning."""
 
 
 def without_false_lifts(rows: StanceRows) -> StanceRows:
@@ -86,8 +90,9 @@ def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
     """Maximum a posteriori of gains and biases, and plain least squares beside it.
 
     ``min ‖(e + H z + G s)/σ‖² + zᵀ P₀⁻¹ z + sᵀ s``, z in prior sd, s what all stances share:
-    linear, solved once. Where stances contradict each other (χ² > 3 per row) the noise σ is taken
-    to be as large as what is left, ``σ √(χ²/n)`` [Birge, Phys. Rev. 40, 207 (1932)].
+    linear. What each kind of row (forces, moments, lifted cells) leaves says how large its noise is
+    where that is more than a stance is worth at best: ``σ² (2 + Σ r²) / (2 + Σ (1 − h))`` with h
+    the leverage of a row [Birge, Phys. Rev. 40, 207 (1932); Rao, JASA 67, 112 (1972)].
 
     Parameters
     ----------
@@ -143,16 +148,45 @@ def fit_static_six_axis(rows: StanceRows) -> SixAxisInit:
 
 
 def _as_sure_as_left(rows: StanceRows) -> tuple[Fit, float]:
-    """The fit, no surer than what it leaves allows, and its χ² with the rows' own noise."""
-    fit = _fit(rows)
+    """The fit, each kind of row no surer than what it leaves, and its χ² with the rows' own noise.
+
+    A kind is judged by itself: forces that agree would hide moments that do not.
+    """
+    fit, freedom = _solved(rows)
     chi2 = _chi2(rows, fit)
-    if chi2 > MISFIT * rows.error.size:
-        fit = _fit(replace(rows, sd=rows.sd * np.sqrt(chi2 / rows.error.size)))
+    kinds = np.array([_kind(name) for name in rows.output])
+    factor = np.ones(kinds.size)
+    for _ in range(_SCATTER_ROUNDS):
+        squares, before = (fit.residuals * factor) ** 2, factor.copy()
+        for kind in np.unique(kinds):
+            own = kinds == kind
+            ratio = (_FLOORS_WORTH + squares[own].sum()) / (_FLOORS_WORTH + freedom[own].sum())
+            factor[own] = np.sqrt(max(float(ratio), 1.0))
+        if np.array_equal(factor, before):
+            break
+        fit, freedom = _solved(replace(rows, sd=rows.sd * factor))
     return fit, chi2
 
 
+def _kind(output: str) -> str:
+    """What the noise of a row goes with: forces, moments, or lifted cells and axes."""
+    if output in ("fx", "fy", "fz"):
+        return "force"
+    if output in ("mx", "my"):
+        return "moment"
+    foot, _, axis = output.rpartition(".")
+    return f"lifted {axis[0]}" if foot else "lifted"
+
+
 def _fit(rows: StanceRows) -> Fit:
-    """Maximum a posteriori of the unknowns; what standing did not show says so."""
+    return _solved(rows)[0]
+
+
+def _solved(rows: StanceRows) -> tuple[Fit, FloatArray]:
+    """Maximum a posteriori of the unknowns, and ``1 − h`` of each row, h its leverage.
+
+    What standing did not show says so.
+    """
     p, m = len(rows.names), rows.shared.shape[1]
     priors = zip(rows.names, rows.units, rows.prior_sd.tolist(), strict=True)
     parameters = ParameterSet(
@@ -164,10 +198,11 @@ def _fit(rows: StanceRows) -> Fit:
     error = rows.error / rows.sd
     fit = fit_map(lambda z: error + slope @ z, parameters, jacobian=lambda _: slope, linear=True)
     found = fit.estimates
+    leverage = np.einsum("ij,jk,ik->i", slope, found.covariance, slope)
     # every stance shows the sum of all cells, which shrinks every sd a little and teaches no cell
     status = learnt_status(found.sd[:p], rows.prior_sd)
     own = Estimates(rows.names, rows.units, found.values[:p], found.covariance[:p, :p], status)
-    return replace(fit, estimates=own)
+    return replace(fit, estimates=own), 1.0 - leverage
 
 
 def _chi2(rows: StanceRows, fit: Fit) -> float:

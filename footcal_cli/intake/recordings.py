@@ -17,6 +17,7 @@ from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.belief import BIAS_SD_N, GAIN_SD, Belief, belief_from, nameplate
 from footcal_cli.core.online.merging import merge_cells, merge_six_axis
+from footcal_cli.core.online.six_axis import BELOW_SHARE, PRIOR_SD
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
@@ -27,7 +28,7 @@ from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.continued import with_parts_joined
 from footcal_cli.intake.streams import body_stream_of, no_body, sensor_stream_of
 from footcal_cli.intake.wiring import wiring_of
-from footcal_cli.recipe import Robot
+from footcal_cli.recipe import Foot, Robot
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import TableType, body_table, cells_table, six_axis_feet_table
@@ -316,6 +317,13 @@ def prior_belief(
     )
 
 
+def _sd_below(foot: Foot, robot: Robot) -> float:
+    """How far the stated weight below a transducer may be off, N."""
+    if foot.weight_below_sd_n is not None:
+        return foot.weight_below_sd_n
+    return BELOW_SHARE * robot.weight_n if robot.weight_n else PRIOR_SD["weight"][1]
+
+
 def _merge_six_axis(
     stream: SensorStream, body: BodyStream, robot: Robot, rule: MergeRule, experiment: str
 ) -> Merged:
@@ -331,7 +339,7 @@ def _merge_six_axis(
         stream,
         body,
         placed,
-        np.array([(foot.weight_below_n, foot.weight_below_sd_n) for foot in feet.values()]),
+        np.array([(foot.weight_below_n, _sd_below(foot, robot)) for foot in feet.values()]),
         np.array([foot.com_below_m for foot in feet.values()]),
         float(robot.mass_kg or 0.0),
         robot.gravity_mps2,

@@ -96,15 +96,15 @@ class Foot(Frozen):
     With `force_and_cop` the log has the foot's vertical force and CoP (``left_fz_n``,
     ``left_cop_x_m``, ``left_cop_y_m``), as plates and insoles report them, and its three cells
     stand in for the plate, in the frame of the CoP.
-    `transducer_rotation_rpy_rad` turns the transducer's axes into those of the logged foot frame;
-    `weight_below_n` ± `weight_below_sd_n` (0 for a plate) hangs at `com_below_m` in its axes.
+    `transducer_rotation_rpy_rad` turns its axes into those of the logged foot frame; what hangs at
+    `com_below_m` weighs `weight_below_n` ± `weight_below_sd_n` (plates: 0; else 0.45 % of all).
     """
 
     cells: dict[str, Cell] = Field(default_factory=dict)
     transducer_position_m: tuple[float, float, float] | None = None
     transducer_rotation_rpy_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
     weight_below_n: float = Field(default=0.0, ge=0)
-    weight_below_sd_n: float = Field(default=3.0, ge=0)
+    weight_below_sd_n: float | None = Field(default=None, ge=0)
     com_below_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outline_m: tuple[tuple[float, float], ...] = ()
     force_and_cop: bool = False

@@ -370,7 +370,8 @@ class StaticInitOptions(CommandOptions):
     """``[static_init]`` of a recipe.
 
     `force_sd_n`, `moment_sd_nm` and `lifted_sd_n` are what a stance's mean is worth at best;
-    0.15 % of the robot's weight, 0.5 mm of its lever and 0.3 % where they are not given.
+    where they are not given 0.15 % of the weight, the weight times 0.2 % of the CoM's height, and
+    0.3 % of the weight.
     """
 
     warm_s: float = Field(default=1.0, ge=0)

@@ -74,7 +74,8 @@ def test_the_walk_is_calibrated_and_everything_is_told(
     (own,) = [
         line for line in answer.out.splitlines() if line.split()[:3] == ["memory", "the", "truth"]
     ]
-    assert own.split()[3] == stated  # the error of the whole walk stands in the table as well
+    # the error of the whole walk stands in the table as well, with the decimals of its column
+    assert float(own.split()[3]) == float(stated)
     assert "left_rl: the bias jumped by" in answer.out.replace("\n", " ")
     run_record = read_record(RunRecord, out / "run.json")
     jump = next(f for f in run_record.findings if f.code == "bias_jump")

@@ -95,7 +95,7 @@ def test_delay_offset_and_their_sd_are_what_was_put_in(real: list[Case]) -> None
 
 def test_innovations_and_intervals_are_consistent(real: list[Case]) -> None:
     inside = []
-    for case in real:
+    for case in (*real, Case(REAL, 3, 0.02), Case(REAL, 4, 0.1)):
         consistency = check_consistency(case.memory.track)
         assert consistency.ratio == pytest.approx(1.0, abs=0.12)
         assert consistency.inside > 0.9

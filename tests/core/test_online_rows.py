@@ -187,6 +187,29 @@ def test_rows_do_not_depend_on_how_the_log_is_cut_into_chunks(
     np.testing.assert_allclose(cut.h, whole.h, rtol=1e-12, atol=1e-15)
 
 
+def test_noise_of_a_cell_in_the_air_says_nothing_of_its_gain() -> None:
+    """Regressed on its own reading a gain is as surely −1 as the noise is all that is read."""
+    recording = record(make_walk(0.1, 20.0, seed=2), Errors(), seed=2)
+    log, belief = walk_log(recording), belief_of(recording)
+    sd = 2.0 / np.abs(belief.scale_n_per_count)
+    noise = np.random.default_rng(5).normal(size=log.readings.shape) * sd
+    slopes = {}
+    for neighbours in (False, True):
+        rows = cell_rows(log.with_readings(log.readings + noise), belief, samples_per_update=1,
+                         neighbours=neighbours)  # fmt: skip
+        own = []
+        for k in range(len(log.channels)):
+            use = rows.valid[:, rows.totals + k]
+            gain = rows.h[use, rows.totals + k, k] / rows.prior_sd[k]
+            error = rows.error[use, rows.totals + k]
+            own.append(-np.cov(gain, error)[0, 1] / np.var(gain))
+        slopes[neighbours] = float(np.mean(own))
+        totals = slice(0, rows.totals)
+        assert np.isfinite(rows.h[:, totals]).all()
+    assert slopes[False] == pytest.approx(-1.0, abs=0.02)
+    assert slopes[True] == pytest.approx(0.0, abs=0.15)
+
+
 def test_an_offset_of_the_com_stays_unless_it_would_stand_for_an_unknown_momentum() -> None:
     """Fixed at zero, the offset would go into the scales: left cells against right ones."""
     recording = record(make_walk(0.1, 8.0, seed=2, turn=0.05), Errors(), seed=2)

@@ -12,10 +12,10 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.reference_states import advanced
+from footcal_cli.core.online.rows import by_neighbours
 from footcal_cli.core.online.six_axis import (
     KNOWN_MOTION,
     PRIOR_SD,
-    by_neighbours,
     shared_errors,
     six_axis_rows,
 )
@@ -235,6 +235,36 @@ def test_scales_are_left_alone_where_the_motion_tells_too_little() -> None:
     assert len(names) == 12
     vertical = [good.estimates["left.scale_fz"], good.estimates["right.scale_fz"]]
     assert vertical == pytest.approx([0.0, 0.0], abs=0.05)
+
+
+def test_scales_that_are_off_are_no_poor_motion() -> None:
+    """Vertical scales 8 % apart leave 2 N of 53 N: a motion that is good to 2 % seemed worse."""
+    log, _ = six_axis_walk(0, noise_n=0.2)
+    gains = np.random.default_rng(4).normal(0.0, 0.02, 12)
+    gains[[2, 8]] = 0.05, -0.03
+    found = replay_six_axis(as_merged(log.with_readings(log.readings / (1.0 + gains))),
+                            samples_per_update=2)  # fmt: skip
+    for foot, true in zip(FEET, gains[[2, 8]], strict=True):
+        at = found.estimates.names.index(f"{foot}.scale_fz")
+        assert found.estimates.values[at] == pytest.approx(true, abs=0.01)
+        assert abs(found.estimates.values[at] - true) < 3.0 * found.estimates.sd[at]
+    assert found.demand_sd_n < 0.02 * 53.0
+
+
+def test_offsets_are_as_unsure_as_scales_that_were_left_alone() -> None:
+    """Said to be exact they are; else an offset of 12 N is one of 12 N ± 3 %."""
+    log, _ = six_axis_walk(0, noise_n=0.5)
+    shaken = np.random.default_rng(0).normal(0.0, 1.0, (len(log), 3))
+    merged = as_merged(log.with_known(com_acc_mps2=log.known["com_acc_mps2"] + shaken))
+    left, exact = (
+        replay_six_axis(merged, samples_per_update=2, scales=asked).estimates
+        for asked in (None, False)
+    )
+    assert left.names == exact.names
+    at = left.names.index("left.offset_fz")
+    assert left.values[at] == exact.values[at]
+    more = np.sqrt(left.covariance[at, at] - exact.covariance[at, at])
+    assert more == pytest.approx(0.03 * abs(left.values[at]), rel=0.05)
 
 
 def test_a_scale_of_all_feet_and_a_motion_of_another_size_are_one_thing() -> None:

@@ -140,6 +140,39 @@ def test_stances_that_contradict_each_other_are_no_surer_than_that() -> None:
     assert 0.7 < np.mean(squared) < 2.0
 
 
+def test_forces_that_agree_do_not_hide_moments_that_do_not() -> None:
+    """Soles that lie elsewhere in each stance move moments by twice what these are worth at best.
+
+    Over all rows that is three times the variance, for the moments four times.
+    """
+    squared: list[float] = []
+    tight: list[float] = []
+    for seed in range(40):
+        made = make_standing(12, seed, replace=True, com_sd=0.0)
+        log, belief = stand_log(made), belief_of(made)
+        rows = stance_rows(log, QuietSet(made.stance, judge({}, len(log))), belief, com_sd_m=0.0)
+        moments = np.isin(rows.output, ("mx", "my"))
+        noise = np.random.default_rng(800 + seed).normal(0.0, 1.0, rows.sd.size) * rows.sd
+        error = rows.error + np.where(moments, 2.0, 1.0) * noise
+        for found, floor in ((squared, rows.sd), (tight, 4.0 * rows.sd)):
+            fit = fit_static(replace(rows, error=error, sd=floor), belief)
+            off = np.concatenate([fit.gain - made.true_gain, fit.bias_n - made.true_bias])
+            found.append(float(off @ np.linalg.solve(fit.covariance, off)) / 16)
+    assert 0.8 < np.mean(squared) < 1.3  # chi-squared of 16 over 16, 40 seeds: 1 ± 0.056 (1 sd)
+    assert np.mean(tight) < 0.8, "what a stance is worth at best stays the least noise"
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0, 3.0])
+def test_what_a_moment_is_worth_goes_with_the_size_of_the_robot(size: float) -> None:
+    """Lengths times `size`: moments of the same weight are so many times as large and as wrong."""
+    made = make_standing(4, 1, replace=True)
+    log, belief = stand_log(made), belief_of(made)
+    height = float(log.known["com_m"][:, 2].mean())
+    tall = log.with_known(com_m=log.known["com_m"] * [1.0, 1.0, size])
+    _, moment, _ = stance_rows(tall, QuietSet(made.stance, judge({}, len(log))), belief).floors
+    assert moment == pytest.approx(0.002 * size * height * made.mass * 9.80665, rel=1e-6)
+
+
 def test_what_standing_did_not_show_is_not_called_estimated() -> None:
     fit, _, _ = fit_first(make_standing(1, 0, replace=False), 1)
     assert set(fit.estimates.status) == {Status.PRIOR_KEPT}

@@ -35,6 +35,18 @@ def foot_attitude(robot: Biped, foot: str, yaw: Array, pitch: Array) -> dict[str
     return {f"{foot}_foot_q{a}": quat[:, i] for i, a in enumerate("xyzw")}
 
 
+def sole_origins(robot: Biped, ankles_m: Array, yaw: Array, pitch: Array) -> Array:
+    """Origins of the sole frames of ankles (n, 2, 3): below these along the sole's own axis.
+
+    On cells nobody logs pitch and roll: there the frame stays level.
+    """
+    up = np.array([0.0, 0.0, robot.ankle_m])
+    if robot.kind.cells:
+        return np.asarray(ankles_m - up)
+    turn = [sole(robot, yaw[:, side], pitch[:, side]) for side in range(len(FEET))]
+    return np.asarray(ankles_m - np.stack([one.apply(up) for one in turn], axis=1))
+
+
 def ankles(
     robot: Biped, motion: Motion, rng: Rng, hz: float, _distort: object, _drift: object
 ) -> pd.DataFrame:

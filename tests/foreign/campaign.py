@@ -11,20 +11,20 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.foreign.ankles import AXES, ankle_offsets
+from tests.foreign.ankles import AXES, UNITS, ankle_offsets
 from tests.foreign.bench import weights
 from tests.foreign.biped import FEET, GRAVITY_MPS2, draw_biped
 from tests.foreign.files import Recorded, write
 from tests.foreign.kinds import DRAW, kind_of
 from tests.foreign.legs import draw_hexapod, hang, poses
-from tests.foreign.noise import Array
+from tests.foreign.noise import Array, stream
 from tests.foreign.owners import OWNERS, filled, logged
 from tests.foreign.points import LEGS, points, quadruped_truth
 from tests.foreign.streams import stand, walk
@@ -70,10 +70,11 @@ def cell_errors(found: Mapping[str, Any], seed: int, truth: Mapping[str, Any]) -
     return ratios
 
 
-def ankle_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
+def ankle_errors(found: Mapping[str, Any], seed: int, truth: Mapping[str, Any]) -> Ratios:
     """Offsets of both ankle transducers, forces and torques, and what hangs below them."""
     robot, ratios = draw_biped(seed), Ratios()
-    for foot, offsets in zip(FEET, ankle_offsets(robot), strict=True):
+    gains = np.asarray(truth.get("gains", np.zeros((len(FEET), len(AXES)))))
+    for foot, offsets, gain in zip(FEET, ankle_offsets(robot), gains, strict=True):
         for axis, true in zip(AXES, offsets, strict=True):
             kind = "force offset" if axis[0] == "f" else "torque offset"
             _add(ratios, kind, found, f"{foot}.offset_{axis}", float(true))
@@ -84,9 +85,9 @@ def ankle_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
                 _add(ratios, "leg CoM", found, name, true - told)
         true = robot.below_kg * GRAVITY_MPS2 - stated["weight_below_n"]
         _add(ratios, "weight", found, f"{foot}.weight", true)
-        for axis in AXES:
+        for axis, own in zip(AXES, gain, strict=True):
             if (name := f"{foot}.scale_{axis}") in found["parameters"]:
-                _add(ratios, "scale", found, name, 0.0)
+                _add(ratios, "scale", found, name, float(own))
     return ratios
 
 
@@ -124,6 +125,26 @@ def _poised(seed: int) -> Recorded:
 
 def _crawling(seed: int) -> Recorded:
     return points(seed, walking=True)
+
+
+def _as_sold(seed: int) -> Recorded:
+    """A stand whose data sheet states what is true: 2 % of scales and of the weight."""
+    recorded, robot = stand(seed), draw_biped(seed)
+    own = {"scale_relative_sd": 0.02, "bias_sd_n": 0.02 * robot.weight_n}
+    nameplate = recorded.robot["nameplate"] | own
+    return replace(recorded, robot={**recorded.robot, "nameplate": nameplate})
+
+
+def _off(seed: int) -> Recorded:
+    """A walk on ankles whose gains are off by as much as `online-replay` takes them to be."""
+    recorded = walk(seed)
+    gains = stream(seed, "gains").normal(0.0, 0.03, (len(FEET), len(AXES)))
+    table = recorded.logs["cells"].copy()
+    for foot, own in zip(FEET, gains, strict=True):
+        for axis, unit, gain in zip(AXES, UNITS, own, strict=True):
+            table[f"{foot}_{axis}_{unit}"] /= 1.0 + gain
+    logs, truth = {**recorded.logs, "cells": table}, {**recorded.truth, "gains": gains}
+    return replace(recorded, logs=logs, truth=truth)
 
 
 def hanging_errors(found: Mapping[str, Any], seed: int, _: object) -> Ratios:
@@ -192,6 +213,8 @@ TASKS = {
     "online-replay, nameplate": Task("online-replay", walk, None, cell_errors),
     "static-init, ankles": Task("static-init", stand, None, ankle_errors),
     "online-replay, ankles": Task("online-replay", walk, None, ankle_errors),
+    "static-init, true nameplate": Task("static-init", _as_sold, None, cell_errors),
+    "online-replay, ankles off": Task("online-replay", _off, None, ankle_errors),
     "hang-calib": Task("hang-calib", hang, None, hanging_errors),
     "pose-calib": Task("pose-calib", poses, "hang-calib", standing_errors),
     "hang-calib, wrist": Task("hang-calib", wrist, None, tool_errors),
@@ -210,8 +233,8 @@ def tasks_of(seed: int) -> tuple[str, ...]:
     if kind.legs:
         return "hang-calib", "pose-calib"
     if kind.cells == 0:
-        return "static-init, ankles", "online-replay, ankles"
-    return tuple(TASKS)[:5]
+        return "static-init, ankles", "online-replay, ankles", "online-replay, ankles off"
+    return (*tuple(TASKS)[:5], "static-init, true nameplate")
 
 
 def _by_init(recorded: Recorded, folder: Path) -> Path:

@@ -182,8 +182,10 @@ def sure_and_wrong(one: Answer) -> bool:
 _NOTES = """
 What is judged: scales (relative) and forces without load of cells, where they stand at the end of a
 walk; a cell that needs more than a scale and a bias (the robot on FSRs) has no scale of its own and
-is judged by its verdict alone. Ankles: offsets, scales of the axes (none is off in truth), and
-weight and CoM below the transducer against what the recipe says.
+is judged by its verdict alone. Ankles: offsets, scales of the axes (none is off in truth; in
+*ankles off* each is, by 3 %, as `online-replay` takes them to be), and weight and CoM below the
+transducer against what the recipe says. In *true nameplate* the data sheet states 2 % of scales and
+of the weight, as is true; in *nameplate* it states 3 % and four times the zeros.
 
 What was mended with the first draw in view:
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.signal import savgol_filter
 
-from tests.foreign.ankles import ankles, foot_attitude
+from tests.foreign.ankles import ankles, foot_attitude, sole_origins
 from tests.foreign.biped import (
     FEET,
     GRAVITY_MPS2,
@@ -184,6 +184,7 @@ def _body(
     seen = [smoothed(values, span) for values in (com, acc, momentum)]
     angle = kind.yaw_drift_radps * plan.time_s[at]
     com_seen, acc, momentum = (turned(values, angle) for values in seen)
+    soles = sole_origins(robot, feet, plan.yaw_rad[at], plan.pitch_rad[at])
     frame: dict[str, Array] = {"time_s": np.round(plan.time_s[at], 5)}
     specific = rate(rate(motion.torso_m))[at] + np.array([0.0, 0.0, GRAVITY_MPS2])
     felt = np.einsum("nji,nj->ni", motion.attitude[at], specific) + rng.normal(0, 0.05, (n, 3))
@@ -195,7 +196,7 @@ def _body(
         frame[f"imu_acc_{axis}_mps2"] = felt[:, i]
         frame[f"imu_gyro_{axis}_radps"] = rng.normal(0.0, 0.003, n)
         for side, foot in enumerate(FEET):
-            frame[f"{foot}_foot_{axis}_m"] = turned((feet - ankle_up)[:, side], angle)[:, i]
+            frame[f"{foot}_foot_{axis}_m"] = turned(soles[:, side], angle)[:, i]
     for side, foot in enumerate(FEET):
         yaw = plan.yaw_rad[at, side] + rng.normal(0.0, 5e-4, n) + angle
         frame |= foot_attitude(robot, foot, yaw, plan.pitch_rad[at, side])

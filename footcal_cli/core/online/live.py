@@ -57,12 +57,13 @@ class _Piece:
 
 
 def of_live(options: MemoryOptions | None) -> MemoryOptions:
-    """Options without the states that filters of the past alone leave to guessing.
+    """Options without hindsight, and without the states that the past alone leaves to guessing.
 
     What smooths the reference stands before a causal low-pass then, and its derivatives behind.
     """
     options = options or MemoryOptions()
-    return replace(options, states=tuple(s for s in options.states if s not in HINDSIGHT_STATES))
+    states = tuple(s for s in options.states if s not in HINDSIGHT_STATES)
+    return replace(options, states=states, hindsight=False)
 
 
 def run_live(log: Log, belief: Belief, options: MemoryOptions | None = None) -> Memory:

@@ -158,6 +158,8 @@ class MemoryOptions:
         Find the delay in a first pass and rebuild the rows about it.
     state_sd
         Prior sd of single states.
+    hindsight
+        Whether a block may look at the readings of the next.
     """
 
     states: tuple[str, ...] = tuple(n for n in REFERENCE_STATES if n not in MOMENTUM_SHARES)
@@ -169,6 +171,7 @@ class MemoryOptions:
     samples_per_update: int = 4
     align: bool = True
     state_sd: Mapping[str, float] = field(default_factory=dict)
+    hindsight: bool = True
 
 
 def run_memory(log: Log, belief: Belief, options: MemoryOptions | None = None) -> Memory:
@@ -264,6 +267,7 @@ def walk_rows(log: Log, belief: Belief, options: MemoryOptions) -> Rows:
         states=options.states,
         plate=options.plate,
         swing=options.swing,
+        neighbours=options.hindsight,
         state_sd=options.state_sd,
     )
 

@@ -13,6 +13,7 @@ from footcal_cli.core.contact import (
     Reason,
     airborne,
     airborne_now,
+    carried_over,
     contact_now,
     detect_contact,
     flicker,
@@ -90,6 +91,10 @@ def merge_cells(
         "contact": contact,
         "airborne": hanging,
     }
+    if not rule.causal:
+        known["carried_over"] = carried_over(
+            both.readings, good, contact, _columns_between(edges), rate, rule.cutoff_hz
+        )
     return both.merged(experiment, filtered, good, known, reasons)
 
 
@@ -158,7 +163,17 @@ def merge_six_axis(
         "foot_weight_sd_n": np.tile(weight_below_n[:, 1], (n, 1)),
         "foot_com_m": np.tile(com_below_m, (n, 1, 1)),
     }
+    if not rule.causal:
+        columns = _columns_between(np.arange(0, 6 * feet + 1, 6))
+        known["carried_over"] = carried_over(
+            both.readings, sound, contact, columns, rate, rule.cutoff_hz
+        )
     return both.merged(experiment, filtered, sound, known, reasons)
+
+
+def _columns_between(edges: IntArray) -> list[IntArray]:
+    """Columns of each foot, from the first of each and one past the last."""
+    return [np.arange(a, b) for a, b in pairwise(edges)]
 
 
 def _transducers_in_world(

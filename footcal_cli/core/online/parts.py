@@ -194,7 +194,8 @@ class WalkInParts:
         delay_s = self._delay_at(seam)
         log = advanced(part.merged.log, delay_s)
         states = tuple(name for name in REFERENCE_STATES if name in self._learnt.names)
-        rows = walk_rows(log, self.belief, replace(options, states=states))
+        hindsight = not self.settings.causal
+        rows = walk_rows(log, self.belief, replace(options, states=states, hindsight=hindsight))
         unneeded = ~np.isin(rows.names, self._learnt.names)
         rows = rows.without(unneeded) if unneeded.any() else rows
         rows = within_band(rows, self._learnt.band_hz)

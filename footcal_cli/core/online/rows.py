@@ -146,6 +146,7 @@ def cell_rows(
     plate: bool = True,
     swing: bool = True,
     static: bool = False,
+    neighbours: bool = False,
     state_sd: Mapping[str, float] | None = None,
 ) -> Rows:
     """Rows of a walk with load cells, averaged over blocks of samples.
@@ -153,7 +154,9 @@ def cell_rows(
     Parameters
     ----------
     log
-        Walk or stand with raw counts, filtered as wanted; rows that must not count are NaN.
+        Walk or stand with raw counts, filtered as wanted; rows that must not count are NaN. What
+        the filter carried from stances into swings, where `carried_over` is known, is taken off
+        cells in the air.
     samples_per_update
         Samples averaged to one block (20 Hz from 80 Hz).
     states
@@ -164,6 +167,9 @@ def cell_rows(
         Whether the channels of swinging feet give rows.
     static
         Han's static assumption in place of [NAO], eqs. (9)–(11).
+    neighbours
+        Whether gains of cells in the air are regressed on what blocks around read: little but noise
+        is read there, and it stands in the error, too (`by_neighbours`).
     state_sd
         Prior sd of states where they differ from the defaults; the key is the name or, for all
         feet, ``plate_weight`` or ``plate_mass``.
@@ -176,6 +182,7 @@ def cell_rows(
     reference = walk.reference_of(log, static=static)
     slopes = reference_slopes(log, reference, belief, states, sd, static=static)
     below = per_plate(log, tuple(plates))
+    near = by_neighbours(log.readings, samples_per_update) if neighbours else log.readings
     blocks = updates_of(log, samples_per_update)
     chunk = max(_CHUNK_ROWS // samples_per_update, 1) * samples_per_update
     parts = []
@@ -184,11 +191,15 @@ def cell_rows(
         part = slice(start, stop)
         error, valid, h = _sample_rows(
             log.rows(start, stop).with_readings(belief.forces(log.readings[part])),
+            belief.forces(near[part]),
             Reference(reference.fz_n[part], reference.cop_m[part]),
             {name: slope[part] for name, slope in slopes.items()},
             states,
             below[part],
         )
+        if "carried_over" in log.known:
+            own = belief.scale_n_per_count * log.known["carried_over"][part]
+            error[:, len(walk.CELL_TOTALS) :] -= own
         if not swing:
             valid[:, len(walk.CELL_TOTALS) :] = False
         h[:, :, :-1] *= prior_sd
@@ -242,6 +253,7 @@ def _unknowns(
 
 def _sample_rows(
     log: Log,
+    unloaded: FloatArray,
     reference: Reference,
     slopes: Mapping[str, FloatArray],
     states: Sequence[str],
@@ -249,7 +261,8 @@ def _sample_rows(
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
     """Error (n, k), valid (n, k) and ``∂error/∂(z, delay)`` (n, k, p + 1) of a log in newtons.
 
-    `below`: newtons per unit of what hangs below each foot (`per_plate`), shape (n, plates).
+    `unloaded` are what gains of cells in the air are regressed on, N, (n, c); `below` newtons per
+    unit of what hangs below each foot (`per_plate`), (n, plates).
     """
     balance = walk.cell_balance(log, reference)
     n, c = log.readings.shape
@@ -261,7 +274,7 @@ def _sample_rows(
     h[:, :totals, :c] = per_force * log.readings[:, None]
     h[:, :totals, c : 2 * c] = per_force
     cells = np.arange(c)
-    h[:, totals + cells, cells] = log.readings
+    h[:, totals + cells, cells] = unloaded
     h[:, totals + cells, c + cells] = 1.0
     yaw = heading_rad(log)
     for i, name in enumerate(states):
@@ -274,6 +287,23 @@ def _sample_rows(
     finite = np.asarray(np.isfinite(h).all(axis=2))
     error, valid = balance.error, balance.valid & finite
     return in_heading(error, valid, np.where(finite[..., None], h, 0.0), ((1, 2),), yaw)
+
+
+def by_neighbours(readings: FloatArray, size: int) -> FloatArray:
+    """Readings as the blocks of `size` samples before and after have them, shape (n, c).
+
+    The regressor of a scale. A block's own reading would not do: its noise stands in the error as
+    well, and a scale regressed on it is pulled towards −1 by noise over reading, squared. That of
+    its neighbours is another noise (instrumental variables).
+    """
+    at = np.arange(len(readings))
+    before, after = readings[np.maximum(at - size, 0)], readings[np.minimum(at + size, at[-1])]
+    before, after = (
+        np.where((at < size)[:, None], after, before),
+        np.where((at + size > at[-1])[:, None], before, after),
+    )
+    mean = 0.5 * (before + after)
+    return np.where(np.isfinite(mean), mean, readings)
 
 
 def updates_of(log: Log, samples_per_update: int) -> int:

@@ -19,7 +19,7 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.online.filter import Track
 from footcal_cli.core.online.reference_states import advanced
 from footcal_cli.core.online.replay import held_until_next
-from footcal_cli.core.online.rows import Rows, block_means, updates_of
+from footcal_cli.core.online.rows import Rows, block_means, by_neighbours, updates_of
 from footcal_cli.core.parameters import BoolArray, ComplexArray, FloatArray
 from footcal_cli.core.spatial import in_heading
 
@@ -46,8 +46,8 @@ a share of itself."""
 _MASS_SHARE = 0.1
 """Prior sd of the mass as a share of it, where scales are not free. Models of humanoids leave out
 cables, covers and batteries."""
-_SURE_N = 1e-3
-"""Sd of the weight below a plate: none is there."""
+BELOW_SHARE, _SURE_N = 0.0045, 1e-3
+"""Sd of what is stated to hang below a transducer by the robot's weight; below a plate is none."""
 KNOWN_MASS = 0.002
 """Sd of a mass that is taken as known, as a share of it: all scales together are as unsure."""
 KNOWN_SWING = 0.05
@@ -75,18 +75,17 @@ def six_axis_rows(
     Parameters
     ----------
     log
-        Walk with wrenches as logged and `footcal_cli.core.experiments.walk.SIX_AXIS_KNOWN`.
+        Walk with wrenches as logged and `footcal_cli.core.experiments.walk.SIX_AXIS_KNOWN`; what is
+        `carried_over` from stances by a filter is taken off feet in the air.
     samples_per_update
         Samples averaged to one block.
     scales
         Whether the scale of each axis is unknown; otherwise only offsets are.
     mass
-        Whether the mass is unknown. With free scales it is taken as known: a common scale and the
-        mass are the same thing, and were both free, all forces would shrink together, since that
-        shrinks their noise as well.
+        Whether the mass is unknown. With free scales it is known: a common scale and the mass are
+        the same thing, and forces that all shrink together would shrink their noise as well.
     walking
-        Whether the body moves: only then a delay of its stream and the CoM of what hangs below
-        each transducer are unknowns of their own.
+        Whether the body moves: only then a delay and the CoM below a transducer are unknowns.
     prior_sd
         Prior sd of kinds of unknowns where they differ from `PRIOR_SD`.
     """
@@ -130,6 +129,7 @@ def six_axis_rows(
     error, valid, h = in_heading(
         balance.error, balance.valid, h * np.array(scale), _HORIZONTAL, heading_rad(used)
     )
+    error[:, len(walk.SIX_AXIS_TOTALS) :] -= used.known.get("carried_over", 0.0)
     h, error, valid = block_means(error, valid, h, samples_per_update)
     last = np.arange(1, blocks + 1) * samples_per_update - 1
     return Rows(
@@ -325,23 +325,6 @@ def _unloaded(log: Log) -> FloatArray:
             for k in range(wrench.shape[1])
         ]
     )
-
-
-def by_neighbours(readings: FloatArray, size: int) -> FloatArray:
-    """Readings as the blocks of `size` samples before and after have them, shape (n, c).
-
-    The regressor of a scale. A block's own reading would not do: its noise stands in the error as
-    well, and a scale regressed on it is pulled towards −1 by noise over reading, squared. That of
-    its neighbours is another noise (instrumental variables).
-    """
-    at = np.arange(len(readings))
-    before, after = readings[np.maximum(at - size, 0)], readings[np.minimum(at + size, at[-1])]
-    before, after = (
-        np.where((at < size)[:, None], after, before),
-        np.where((at + size > at[-1])[:, None], before, after),
-    )
-    mean = 0.5 * (before + after)
-    return np.where(np.isfinite(mean), mean, readings)
 
 
 def _total_of_axes(rot: FloatArray, arm: FloatArray) -> FloatArray:

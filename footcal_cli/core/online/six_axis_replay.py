@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.experiments import walk
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.alignment import aligned
@@ -17,6 +18,8 @@ from footcal_cli.core.online.memory import gait_phase, sized_jumps
 from footcal_cli.core.online.rows import Rows
 from footcal_cli.core.online.six_axis import (
     DELAY_STATE,
+    MASS_STATE,
+    PRIOR_SD,
     corrected_log,
     shared_errors,
     six_axis_rows,
@@ -27,6 +30,8 @@ from footcal_cli.core.online.tuning import LEARNT, Tuning, learn_noise
 from footcal_cli.core.parameters import Estimates, FloatArray, learnt_status
 
 _GOOD_DEMAND = 0.02
+_BELIEVABLE = 4.0
+"""Prior sd that a scale may be off by."""
 _DELAY_PASSES = 8
 _AGREED_S, _AGREED_SHARE = 0.008, 0.25
 """The delays that the totals ask for agree within this time or this share of the delay."""
@@ -136,17 +141,20 @@ def replay_six_axis(
     fixed, tuning = _learnt(aligned.rows, guards)
     demand_sd = _vertical_sd(fixed, tuning.noise)
     weight_n = float(np.mean(log.known["mass_kg"] * log.known["gravity_mps2"]))
+    free = _rows(
+        log, samples_per_update, scales=True, delay=aligned.agreed, moved_s=aligned.delay_s
+    )
+    unsure = scales is None
+    if unsure and demand_sd >= _GOOD_DEMAND * weight_n:
+        known = _without_scales(aligned.rows, free, fixed, tuning.noise, guards)
+        if known is not None:
+            again, own = _learnt(known, guards)
+            found = _vertical_sd(again, own.noise)
+            if found < _GOOD_DEMAND * weight_n:
+                fixed, tuning, demand_sd = again, own, found
     if scales is None:
         scales = demand_sd < _GOOD_DEMAND * weight_n
-    rows = fixed
-    if scales:
-        rows = replace(
-            _rows(
-                log, samples_per_update, scales=True, delay=aligned.agreed, moved_s=aligned.delay_s
-            ),
-            swing_sd_factor=fixed.swing_sd_factor,
-            total_sd_factor=fixed.total_sd_factor,
-        )
+    rows = _as_learnt(free if scales else aligned.rows, fixed)
     noise, track, inflated = _consistent(rows, tuning.noise, guards)
     consistency = check_consistency(track)
     rows, repeated = _without_repeats(log, rows, track)
@@ -165,7 +173,7 @@ def replay_six_axis(
         smoothed=smoothed,
         tuning=tuning,
         jumps=sized_jumps(track.jumps, smoothed),
-        estimates=_estimates(track, rows, log, aligned.delay_s),
+        estimates=_estimates(track, rows, log, aligned.delay_s, exact_scales=not unsure),
         before=before,
         after=after,
         vertical_n=vertical,
@@ -178,6 +186,29 @@ def replay_six_axis(
         delay_asked_s=aligned.asks_s,
         delay_found=aligned.agreed,
     )
+
+
+def _as_learnt(rows: Rows, learnt: Rows) -> Rows:
+    """Rows with the shares of the noise that others were learnt to have."""
+    return replace(
+        rows, swing_sd_factor=learnt.swing_sd_factor, total_sd_factor=learnt.total_sd_factor
+    )
+
+
+def _without_scales(
+    rows: Rows, free: Rows, fixed: Rows, noise: WalkNoise, guards: Guards
+) -> Rows | None:
+    """Rows without the errors that scales of a believable size explain; None where none do.
+
+    Scales that are off by some per cent look like a poor demand of the motion. A demand that is
+    poor would be explained by scales, too, but by scales near −1.
+    """
+    track = run_filter(_as_learnt(free, fixed), noise, guards)
+    scales = np.array([".scale_" in name for name in free.names])
+    z = np.where(scales, track.values[-1] / free.prior_sd, 0.0)
+    if np.abs(z).max() > _BELIEVABLE:
+        return None
+    return replace(rows, error=rows.error + free.h @ z)
 
 
 @dataclass(frozen=True)
@@ -316,19 +347,43 @@ def _without_repeats(log: Log, rows: Rows, track: Track) -> tuple[Rows, tuple[fl
     return rows, factors
 
 
-def _estimates(track: Track, rows: Rows, log: Log, delay_s: float) -> Estimates:
+def _estimates(
+    track: Track, rows: Rows, log: Log, delay_s: float, *, exact_scales: bool
+) -> Estimates:
     """The filter's last state, its delay on top of the one already taken out.
 
     What the balance cannot see, `shared_errors`, comes on top of the covariance of what was
-    learnt from it.
+    learnt from it, and so do scales that were left alone, unless they are exact.
     """
     values = track.values[-1].copy()
     values[track.names.index(DELAY_STATE)] += delay_s
     learnt = 1.0 - np.diag(track.covariance) / rows.prior_sd**2
-    shared = shared_errors(log, track.names, values) * np.sqrt(np.maximum(learnt, 0.0))
+    shared = shared_errors(log, track.names, values)
+    if not exact_scales:
+        shared = np.concatenate([shared, _of_scales(log, track.names, values)])
+    shared = shared * np.sqrt(np.maximum(learnt, 0.0))
     covariance = track.covariance + shared.T @ shared
     status = learnt_status(np.sqrt(np.diag(covariance)), rows.prior_sd)
     return Estimates(track.names, track.units, values, covariance, status)
+
+
+def _of_scales(log: Log, names: Sequence[str], values: FloatArray) -> FloatArray:
+    """Errors of one sd that scales bring which are no unknowns of their own, shape (m, p).
+
+    An offset is a reading without load times its scale; mass and weights below are vertical forces.
+    """
+    at = {name: i for i, name in enumerate(names)}
+    feet, sd = walk.feet_of(log), PRIOR_SD["scale"][1]
+    taken = [(k, a) for k in range(len(feet)) for a in AXES if f"{feet[k]}.scale_{a}" not in at]
+    errors = np.zeros((len(taken), len(names)))
+    for row, (k, axis) in zip(errors, taken, strict=True):
+        own = at[f"{feet[k]}.offset_{axis}"]
+        row[own] = sd * values[own]
+        if axis == "fz":
+            row[at[f"{feet[k]}.weight"]] = sd * float(log.known["foot_weight_n"][0, k])
+            if MASS_STATE in at:
+                row[at[MASS_STATE]] = sd * float(np.mean(log.known["mass_kg"])) / len(feet)
+    return errors
 
 
 def _errors(log: Log) -> FloatArray:
