@@ -139,7 +139,10 @@ def test_a_cause_that_is_sure_and_small_is_quoted_with_its_size(
     signature = Signature("cross_coupling", "size", "fr", "", owners=(("fr", ("fr.fx",)),))
     size = Interval(-0.0429, -0.0598, -0.0259)
     row = EffectRow(signature, size, 0.12, 0.074, 0.25, p, 0.06, 17.0, 14, status, "")
-    one = SimpleNamespace(effects=(row,), rules=Rules(), before=SimpleNamespace(p=1e-5))
+    refused = SimpleNamespace(refused=())
+    one = SimpleNamespace(
+        effects=(row,), rules=Rules(), before=SimpleNamespace(p=1e-5), search=refused
+    )
     found = cast(Investigation, SimpleNamespace(rounds=(one,)))
     sentence = _surest(found)
     assert (sentence is not None) == said
