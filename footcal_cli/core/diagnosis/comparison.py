@@ -140,6 +140,9 @@ def decided(
     same = never_distinguished(
         chosen.signature.effect, {name: cos for name, (_, cos) in near.items()}, rules.same
     ) | {s.effect for s in mirrored}
+    if _gains_of_all(subject.table[mine.effect], best.cause):
+        same |= {t.cause.signature.effect for t in tried
+                 if Trait.ALL_ALIKE in subject.table[t.cause.signature.effect].traits}  # fmt: skip
     # of two that are so much alike none leaves a good part of what the other one explains
     same -= {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
     worse -= same
@@ -171,6 +174,15 @@ def decided(
         chosen, rivals=tuple(by_effect.values()), compared=compared,
         odds={effect: odds(effect) for effect in by_effect},
     ), fitted  # fmt: skip
+
+
+def _gains_of_all(effect: Effect, cause: Cause) -> bool:
+    """Whether a cause gives several sensors the same gains: what scales all forces does nearly.
+
+    Gains of three axes also follow accelerations that an estimator smooths, and so seem surer.
+    """
+    shared = any(len(units) > 1 for _, units in cause.signature.owners)
+    return shared and Trait.AXIS_GAIN in effect.traits and Trait.SWITCH not in effect.traits
 
 
 def _stricter(rules: Rules, settings: Settings | None) -> Rules:
