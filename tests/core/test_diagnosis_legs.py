@@ -76,6 +76,20 @@ def test_levels_of_one_leg_that_drift_are_a_residual_whatever_law_takes_them_up(
     assert times(2e-3) > MOST
 
 
+def test_levels_that_move_in_every_sensor_alike_are_noise_of_the_hangings() -> None:
+    """Every axis of every leg starts each hanging elsewhere, by many times its noise."""
+    rng = np.random.default_rng(7)
+
+    def moved(log: Log) -> Log:
+        size = np.where(np.char.find(np.array(log.channels), ".t") >= 0, 0.01, 0.2)
+        return log.with_readings(log.readings + size * rng.standard_normal(size.size))
+
+    logs = hung_logs(5, *distorting("", "", {}))
+    hung = {leg: [moved(log) for log in of] for leg, of in logs.items()}
+    case = hang_case(hung, tolerance_n=0.05)
+    assert times_floor(case, problem_from(case, rows_of(case), (), describe)) < MOST
+
+
 def test_spells_of_one_leg_are_a_residual_however_large_they_make_its_noise() -> None:
     """3 N in a tenth of the rows: the noise of most of them is 0.04 N."""
     logs = hung_logs(5, *distorting("", "", {}))

@@ -23,6 +23,7 @@ MOST = 5.0
 _MOST_ROWS, _NORMAL = 0.9, float(chances.norm_isf(0.05))
 """Share of differences that spells leave alone, and what they are of a normal variable's sd: not
 the half, in which coarse readings stand still."""
+_LARGEST = 0.99
 _MOST_OF_LEVELS = 3.0
 """Likewise of levels, in which the noise of single rows has averaged out."""
 
@@ -66,9 +67,27 @@ def times_floor(case: Case, problem: Problem) -> float:
         floor = np.maximum(means_of(noise, at) / count + means_of(allowed, at), 1e-300)
         whose = np.zeros(count.size, dtype=np.int64)
         whose[at] = sensor
-        levels = np.sqrt(means_of(mean**2, whose) / np.maximum(means_of(floor, whose), 1e-300))
+        over = means_of(mean**2, whose) / np.maximum(means_of(floor, whose), 1e-300)
+        levels = np.sqrt(over / _usual_excess(over, problem.settings.number.max()))
         times = np.maximum(times, levels * MOST / _MOST_OF_LEVELS)
     return float(times.max(initial=0.0))
+
+
+def _usual_excess(over: FloatArray, free: int) -> float:
+    """What the levels of any sensor may vary by, as all of them do, in units of their floor.
+
+    Noise with a long memory, and zeros that move with every hanging, are in all sensors alike;
+    of a few levels each, the largest of many sensors is far above their median.
+
+    Parameters
+    ----------
+    over
+        Mean square of the levels of each sensor over its floor, shape (sensors,).
+    free
+        Number of settings without one: so many levels of a sensor are their own.
+    """
+    far = float(chances.chi2_ppf(_LARGEST, max(free, 1)) / chances.chi2_ppf(0.5, max(free, 1)))
+    return 1.0 + far * max(float(np.median(over)) - 1.0, 0.0)
 
 
 def _sd_of_most(problem: Problem) -> FloatArray:
