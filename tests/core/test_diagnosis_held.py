@@ -50,8 +50,7 @@ def test_what_is_held_has_its_prior_and_all_blocks_share_it() -> None:
         signatures=(one_of,), block=block,
         output=np.zeros(m, dtype=np.int64), sequence=block, outputs=("f",), units=("N",),
         noise=np.ones(m), tolerance=np.ones(1), rate_hz=20.0, drifts=True,
-        tracking=Tracking(np.arange(m) / 20.0, np.zeros(m, dtype=np.int64), np.zeros(1, dtype=int),
-                          np.zeros(m, dtype=bool)),
+        tracking=Tracking(np.arange(m) / 20.0, np.zeros(m, dtype=np.int64), np.zeros(1, dtype=int)),
         held=held[:, None],
     )  # fmt: skip
     white = RowWhitener(np.zeros((1, 1)), np.ones(1), problem.output, problem.sequence)

@@ -122,7 +122,7 @@ def test_limbs_that_swing_as_the_body_is_pushed_are_fitted_where_no_log_has_them
     bare = problem.without_usual({s.effect for s in problem.usual_of})
     assert problem.usual is not None
     # alone, for what repeats with the gait would take some of it
-    size, sd, _ = sizes_of_imperfections(bare, problem.usual[:, at])
+    size, sd = sizes_of_imperfections(bare, problem.usual[:, at])
     found = 0.2 * size  # in usual sizes
     assert found == pytest.approx([share, share], abs=0.03)
     assert np.all(0.2 * sd < 0.02)

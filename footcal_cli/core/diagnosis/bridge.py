@@ -54,9 +54,7 @@ def problem_from(
     if case.drifts and case.directions:
         wandering = [d.kind for d in case.directions if not d.lasting]
         _, kind = np.unique(wandering, return_inverse=True)
-        pooled = set((case.groups or {}).values())
-        idle = np.array([name in pooled for name in rows.outputs], dtype=bool)
-        tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64), idle[rows.output])
+        tracking = Tracking(rows.time_s, rows.log, kind.astype(np.int64))
     problem = replace(
         rows.bare,
         residual=residual(case, rows, case.values),

@@ -16,7 +16,6 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
 from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
-from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.scores import coefficients, held_out_gains
 from footcal_cli.core.inference.signatures import derivative, places
@@ -25,7 +24,6 @@ from footcal_cli.core.parameters import FloatArray
 LIMIT = 4.0
 """So many usual sizes are the most that an imperfection may have."""
 _NOTHING = 1e-6
-_RCOND = 1e-12
 _SURE = 2.0
 
 
@@ -50,10 +48,9 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
     kept = [k for k, signature in enumerate(signatures) if signature.effect not in large]
     limits = _limits(problem, ideal, columns, signatures)
     while kept:
-        size, sd, tension = sizes_of_imperfections(problem, columns[:, kept])
+        size, sd = sizes_of_imperfections(problem, columns[:, kept])
         # twice as large is none either, though its evidence be a single block
-        beyond = np.maximum(np.abs(size) - 2.0 * sd, 0.5 * np.abs(size))
-        beyond = np.minimum(beyond, tension) / limits[kept]
+        beyond = np.maximum(np.abs(size) - 2.0 * sd, 0.5 * np.abs(size)) / limits[kept]
         if beyond.max() <= 1.0:
             break
         out = signatures[kept[int(np.argmax(beyond))]].effect
@@ -110,20 +107,11 @@ def _large_elsewhere(
     return large
 
 
-def sizes_of_imperfections(
-    problem: Problem, columns: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of columns in usual sizes, fitted together beside the calibration, (k,) each.
+def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of columns in usual sizes, fitted together beside the calibration, and their sd, (k,) each.
 
     ``(M + 1) s = g̃ · r``: each is known to one usual size, so that of two that look alike (a delay
-    and a lag of some milliseconds) neither grows against the other. A size is that of a column
-    which is itself free, ``s / (1 − p)`` with p of the diagonal of ``(M + 1)⁻¹``: tied, sixteen
-    usual sizes look like four where the log knows it to two.
-
-    Returns
-    -------
-    The sizes, their sd by the jackknife, and how far each is from none in what its usual size and
-    the log leave open together, ``|s| / √(1 − p)``.
+    and a lag of some milliseconds) neither grows against the other. The sd is of the jackknife.
     """
     # in noise beside them: what one far beyond its usual size leaves is none
     beside = replace(problem.without_candidates, usual=columns, accepted=None)
@@ -133,19 +121,15 @@ def sizes_of_imperfections(
     base, wanted = np.split(np.arange(products.shape[1]), [-columns.shape[1] - 1])
     prior = np.eye(len(wanted) - 1)
 
-    def fitted(total: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def fitted(total: FloatArray) -> FloatArray:
         known = coefficients(total, base, wanted)
         left = total[np.ix_(wanted, wanted)] - total[np.ix_(wanted, base)] @ known
-        inverse = scaled_inverse(left[:-1, :-1] + prior, _RCOND)
-        seen = np.maximum(1.0 - np.diag(inverse), _NOTHING)
-        return inverse @ left[:-1, -1] / seen, seen
+        return np.asarray(np.linalg.solve(left[:-1, :-1] + prior, left[:-1, -1]))
 
     total = products.sum(axis=0)
-    without = np.array([fitted(total - own)[0] for own in products])
+    without = np.array([fitted(total - own) for own in products])
     share = (len(without) - 1) / max(len(without), 1)
-    sd = np.sqrt(share * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
-    size, seen = fitted(total)
-    return size, sd, np.abs(size) * np.sqrt(seen)
+    return fitted(total), np.sqrt(share * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
 
 
 def _columns(ideal: Case, rows: Problem) -> tuple[FloatArray, list[Signature]]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from footcal_cli.core.inference.kalman import correct_by_products
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 PART_S = 2.0
 """Length over which the calibration is taken as constant."""
@@ -25,8 +25,6 @@ WALK_VARIANCES = 10.0 ** np.arange(-8.0, 0.1, 0.5)
 COMMON_GAIN = "common gain"
 """Direction, and kind of direction, in which all cells differ alike."""
 _SWEEPS = 2
-_SHOWN = 0.1
-"""Of the information on a kind, so much in idle sensors is enough to ask them alone."""
 
 
 @dataclass(frozen=True)
@@ -60,14 +58,11 @@ class Tracking:
         Of each row, shape (m,).
     kind
         Which columns share a speed of the walk, shape (p,).
-    idle
-        Whether a row is of a sensor that carries nothing, shape (m,): it shows its zero alone.
     """
 
     time_s: FloatArray
     recording: IntArray
     kind: IntArray
-    idle: BoolArray
 
 
 def gain_and_bias(
@@ -171,13 +166,9 @@ class _Part:
 
 
 def walk_variance(
-    white: FloatArray, calibration: IntArray, stretches: Sequence[Stretch], kind: IntArray,
-    idle: BoolArray,
-) -> FloatArray:  # fmt: skip
+    white: FloatArray, calibration: IntArray, stretches: Sequence[Stretch], kind: IntArray
+) -> FloatArray:
     """Variance of the walk per second of each calibration column that makes the data likeliest.
-
-    How fast zeros wander is asked of sensors that carry nothing: beside a load that is believed to
-    act elsewhere, zeros that wander would explain its moments.
 
     Parameters
     ----------
@@ -187,49 +178,32 @@ def walk_variance(
         Column numbers.
     stretches
         From `stretches_of`.
-    kind, idle
+    kind
         As in `Tracking`.
     """
     used = np.ascontiguousarray(white[:, np.append(calibration, white.shape[1] - 1)])
-    kinds = np.unique(kind)
-    squares = [np.sum(used[rows, :-1] ** 2, axis=0) for rows in (idle, ~idle)]
-    shown = [bool(np.all((squares[0] > _SHOWN * squares[1])[kind == k])) for k in kinds]
-    best = np.full(kinds.size, 1e-4)
-    for rows, own in ((idle, np.flatnonzero(shown)), (None, np.flatnonzero(~np.array(shown)))):
-        if own.size:
-            best = _likeliest(_parts(used, stretches, rows), kind, own, best)
-    return np.asarray(best[np.searchsorted(kinds, kind)])
-
-
-def _parts(
-    used: FloatArray, stretches: Sequence[Stretch], counted: BoolArray | None
-) -> list[_Part]:
-    """Inner products of each stretch, of the rows that are counted."""
-    parts = []
+    small = []
     for stretch in stretches:
-        rows = stretch.rows if counted is None else stretch.rows[counted[stretch.rows]]
-        gram = used[rows].T @ used[rows]
-        parts.append(_Part(gram[:-1, :-1], gram[:-1, -1], float(gram[-1, -1]), stretch.gap_s))
-    return parts
-
-
-def _likeliest(
-    parts: Sequence[_Part], kind: IntArray, own: IntArray, best: FloatArray
-) -> FloatArray:
-    """Variances of all kinds, those asked for in turn at their likeliest."""
+        part = used[stretch.rows]
+        gram = part.T @ part
+        small.append(_Part(gram[:-1, :-1], gram[:-1, -1], float(gram[-1, -1]), stretch.gap_s))
     kinds = np.unique(kind)
+    best = np.full(kinds.size, 1e-4)
+
+    def scores(variances: FloatArray) -> FloatArray:
+        return _log_likelihood(small, variances[:, np.searchsorted(kinds, kind)])
+
     settled: set[tuple[int, bytes]] = set()
     for _ in range(_SWEEPS):
-        for k in own:
-            given = (int(k), np.delete(best, k).tobytes())
+        for k in range(kinds.size):
+            given = (k, np.delete(best, k).tobytes())
             if given in settled:  # the others have not moved since
                 continue
             settled.add(given)
             tried = np.tile(best, (WALK_VARIANCES.size, 1))
             tried[:, k] = WALK_VARIANCES
-            scores = _log_likelihood(parts, tried[:, np.searchsorted(kinds, kind)])
-            best = tried[int(np.argmax(scores))]
-    return best
+            best = tried[int(np.argmax(scores(tried)))]
+    return np.asarray(best[np.searchsorted(kinds, kind)])
 
 
 def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:

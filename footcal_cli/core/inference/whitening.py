@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -122,16 +122,13 @@ def law_of_noise(problem: Problem, within: Within | None = None) -> Noise:
     calibration = np.arange(problem.calibration.shape[1])
     there = kept_tracking(problem.tracking, whitener.kept)
     stretches = stretches_of(there, problem.block[whitener.kept])
-    variance = walk_variance(white, calibration, stretches, there.kind, there.idle)
+    variance = walk_variance(white, calibration, stretches, there.kind)
     return Noise(whitener, Walk(variance, stretches))
 
 
 def kept_tracking(tracking: Tracking, kept: IntArray) -> Tracking:
     """Times and recordings of the rows that have a whitened value."""
-    return replace(
-        tracking, time_s=tracking.time_s[kept], recording=tracking.recording[kept],
-        idle=tracking.idle[kept],
-    )  # fmt: skip
+    return Tracking(tracking.time_s[kept], tracking.recording[kept], tracking.kind)
 
 
 def longest_memory(problem: Problem) -> float:
