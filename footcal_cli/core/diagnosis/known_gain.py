@@ -58,8 +58,8 @@ def with_known_gain(
         return found
     (cause,) = path.causes
     names = {s.effect for s in (cause.signature, *cause.rivals)}
-    if any(Trait.ALL_ALIKE in table[name].traits for name in names):
-        calibrated = Signature(case.experiment.calibration[0], "scale", "all cells", "")
-        cause = replace(cause, rivals=(*cause.rivals, calibrated))
-    verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
-    return named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
+    if not any(Trait.ALL_ALIKE in table[name].traits for name in names):
+        return found  # what scales them nearly alike was among all the others before
+    calibrated = Signature(case.experiment.calibration[0], "scale", "all cells", "")
+    cause = replace(cause, rivals=(*cause.rivals, calibrated))
+    return named(subject, happened(subject, replace(path, causes=(cause,)), Verdict.AMBIGUOUS))
