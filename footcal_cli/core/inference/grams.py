@@ -232,9 +232,9 @@ def _tracked(
         if own is not None:
             raw[own[i]] -= raw[np.ix_(own[i], calibration)] @ predicted
     if own is not None:
-        unpredicted = np.isin(problem.block, list(learning))
-        unpredicted |= ~np.isin(np.arange(len(raw)), np.concatenate(own))
-        raw[unpredicted] = 0.0
+        unpredicted = np.ones(len(raw), dtype=bool)
+        unpredicted[np.concatenate(own)] = False
+        raw[unpredicted | np.isin(problem.block, list(learning))] = 0.0
     return Dense(grams) if few else block_products(white, problem.block[kept], problem.blocks)
 
 

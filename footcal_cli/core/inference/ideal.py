@@ -12,6 +12,7 @@ from footcal_cli.core.experiments.contract import Balance
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.signals import means_of
 
 TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis
 _FEW_STEPS = 10
@@ -159,9 +160,9 @@ def _demand_moved(log: Log, balance: Balance) -> Log:
 
     def rest(name: str) -> FloatArray:
         counted = balance.valid[:, at[name]]
-        error = np.where(counted, balance.error[:, at[name]], 0.0)
-        sums, rows = (np.bincount(cycle, weights) for weights in (error, counted))
-        return np.where(counted, error - (sums / np.maximum(rows, 1))[cycle], 0.0)
+        error = balance.error[:, at[name]]
+        mean = means_of(error[counted], cycle[counted], int(cycle.max(initial=-1)) + 1)
+        return np.where(counted, error - mean[cycle], 0.0)
 
     mass = log.known["mass_kg"]
     acc, com = log.known["com_acc_mps2"].copy(), log.known["com_m"].copy()
