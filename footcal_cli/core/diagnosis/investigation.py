@@ -232,7 +232,13 @@ def _searched(
         if subject.problem.drifts or not more:
             yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
             return
-    path = grown(subject, path, rules, seed)
+    yield from _answers_of(subject, grown(subject, path, rules, seed), rules, seed, large=large)
+
+
+def _answers_of(
+    subject: Subject, path: Path, rules: Rules, seed: int, *, large: bool
+) -> Iterator[tuple[Path, Verdict, float]]:
+    """`_searched`, from a path that grows no more."""
     strict = replace(rules, share_set=1.0)
     sized = _at_its_size(subject, path)
     verdict, share = judged(subject, sized, strict, seed)
@@ -269,6 +275,8 @@ def _searched(
         return
     if verdict is not Verdict.UNKNOWN:
         yield path, verdict, share
+        if path.shorter is not None:  # its last cause may be found with all blocks only
+            yield from _answers_of(subject, path.shorter, rules, seed, large=large)
         return
     # what a set of rivals leaves may be a second cause, before it is their form
     another = _another_way(subject, path, strict, seed)

@@ -44,11 +44,18 @@ class Nested:
     bare: FloatArray
     removed: FloatArray
 
-    def alike(self, sets: Sequence[frozenset[str]]) -> BoolArray:
-        """Blocks without which one effect of each set, and nothing else, was chosen, shape (B,)."""
-        allowed = frozenset().union(*sets)
+    def alike(
+        self, sets: Sequence[frozenset[str]], dropped: Sequence[frozenset[str]] = ()
+    ) -> BoolArray:
+        """Blocks without which one effect of each set, and nothing else, was chosen, shape (B,).
+
+        One of each set that was `dropped` may be chosen too.
+        """
+        allowed = frozenset().union(*sets, *dropped)
         same = [
-            names <= allowed and len(names) == len(sets) and all(names & one for one in sets)
+            names <= allowed
+            and 0 <= len(names) - len(sets) <= len(dropped)
+            and all(names & one for one in sets)
             for names in self.chosen
         ]
         return np.asarray(np.array(same, dtype=bool)[self.fold])

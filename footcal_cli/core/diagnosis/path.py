@@ -57,6 +57,10 @@ class Path:
     both_ways
         Whether each of its two causes was looked for anew beside the other, and found
         (`found_both_ways`).
+    dropped
+        Of causes that were needed no longer beside later ones: the effects that began with them.
+    shorter
+        The path before its last cause, if that has any.
     """
 
     causes: tuple[Cause, ...]
@@ -69,6 +73,8 @@ class Path:
     pair: bool = False
     once: bool = False
     both_ways: bool = False
+    dropped: tuple[frozenset[str], ...] = ()
+    shorter: Path | None = None
 
     @property
     def share(self) -> float:
@@ -103,7 +109,32 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
         longer = continued(subject, begun, model, seed)
         if path.causes and longer.share <= path.share:
             break  # a further cause that predicts no block better is the form of those before it
-        path = longer
+        before = path if path.causes else None
+        path = replace(_needed_alone(subject, longer, seed), shorter=before)
+    return path
+
+
+def _needed_alone(subject: Subject, path: Path, seed: int) -> Path:
+    """The path without the first cause that removes too little beside those found after it.
+
+    What another one did was first seen as an error of its own; so little would not have been named
+    after the others (`Rules.later_share`).
+    """
+    rules, noise = path.rounds[0].rules, path.current.law
+    for i in range(len(path.causes) - 1):
+        others = path.causes[:i] + path.causes[i + 1 :]
+        names = {p.name for c in others for p in subject.table[c.signature.effect].parameters}
+        start = {
+            n: v for n, v in path.model.values.items()
+            if n not in subject.case.values and n.rsplit(".", 1)[1] in names
+        } if path.model else {}  # fmt: skip
+        model = subject.refitted(others, start)
+        before, after = losses(subject.problem, [subject.bare(model, others)], noise)
+        if before - after > (1.0 - rules.later_share) * path.removed:
+            answers = path.answers[:i] + path.answers[i + 1 :]
+            dropped = (*path.dropped, path.causes[i].begun_by)
+            begun = replace(path, causes=others, answers=answers, dropped=dropped)
+            return continued(subject, begun, model, seed)
     return path
 
 

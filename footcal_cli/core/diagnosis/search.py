@@ -177,21 +177,24 @@ def _next_step(
             why.append(Refusal(signature, Why.IMPOSSIBLE, float(size)))
             continue
         before = max(start_loss - float(loss.sum()), 0.0)
-        touched = _touched(lib.problem, lib.index(int(evidence.best[c])))
-        needed = max(rules.smallest_gain * touched * float(loss.sum()), rules.second_share * before)
+        column = lib.index(int(evidence.best[c]))
+        touched = _touched(lib.problem, column)
+        # what acts at one place is no form of what acts at all of them
+        share = rules.later_share if lib.local[column] else rules.second_share
+        needed = max(rules.smallest_gain * touched * float(loss.sum()), share * before)
         plain = evidence.plain_gain[:, c]
         if plain.sum() < refused:
             continue
         earned = min(sign_flip_mean(evidence.gain[:, c], signs), sign_flip_mean(plain, signs))
         few = has_few_blocks(lib.problem, float(evidence.informative[c]))
-        if few or lib.local[lib.index(int(evidence.best[c]))]:
+        if few or lib.local[column]:
             # one of many places: two visits have no signs to flip, the others' scatter judged them
             earned = float(evidence.p[c])
         total_loss = max(float(loss.sum()), 1e-300)
         tried = Refusal(signature, Why.UNSURE, float(size), float(plain.sum()) / total_loss)
         if plain.sum() <= needed:
-            form = rules.second_share * before >= needed
-            limit = rules.second_share if form else rules.smallest_gain * touched
+            form = share * before >= needed
+            limit = share if form else rules.smallest_gain * touched
             why.append(replace(tried, why=Why.FORM if form else Why.LITTLE, limit=limit))
             if later:
                 return None, why
@@ -203,7 +206,7 @@ def _next_step(
                 return None, why
             refused = max(refused, float(plain.sum()))
             continue
-        small = abs(size) < lib.smallest[lib.index(int(evidence.best[c]))]
+        small = abs(size) < lib.smallest[column]
         signs_reach = smallest_p(float(evidence.informative[c])) < rules.alpha_small
         certain = evidence.p[c] < rules.alpha_small and signs_reach
         worth = certain or float(plain.sum()) >= rules.later_share * total_loss

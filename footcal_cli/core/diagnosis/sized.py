@@ -21,6 +21,8 @@ from footcal_cli.core.inference.signatures import SWITCHES
 
 _HALF = 0.5  # a switch that is not even half on is off
 _SURE = 2.0
+_SURELY_NOTHING = 9e-5
+"""Chance of a normal variable beyond `_SURE` times its 95 % interval, 3.92 sd on either side."""
 _NOTHING = 0.05  # p from which sizes may all be nothing: what was named has passed harder tests
 _RCOND = 1e-9
 
@@ -39,7 +41,7 @@ def is_nothing(subject: Subject, causes: Sequence[Cause], model: Refit | None) -
 def is_sure(cause: Cause, effect: Effect, fitted: Refit) -> bool:
     """Whether a further cause is `_SURE` times its 95 % interval away from nothing.
 
-    Beside a foreign form of the first cause some size of some other effect always fits a little
+    One size of it, or all together as improbably (`_SURELY_NOTHING`) nothing. Beside a foreign form of the first cause some size of some other effect always fits a little
     better; the linear proxy is family-wise sure of it, the refit of both is not.
     """
     neutral = next(p.neutral for p in effect.parameters if p.name == cause.signature.parameter)
@@ -47,7 +49,17 @@ def is_sure(cause: Cause, effect: Effect, fitted: Refit) -> bool:
         interval for name, interval in zip(fitted.names, fitted.intervals, strict=True)
         if name.rsplit(".", 1)[1] == cause.signature.parameter
     ]  # fmt: skip
-    return not mine or any(abs(i.value - neutral) >= _SURE * 0.5 * (i.high - i.low) for i in mine)
+    if not mine or any(abs(i.value - neutral) >= _SURE * 0.5 * (i.high - i.low) for i in mine):
+        return True
+    return _act_together(effect) and chance_of_nothing(effect, fitted) < _SURELY_NOTHING
+
+
+def _act_together(effect: Effect) -> bool:
+    """Whether all sizes of an effect may be judged at once, blocks being independent.
+
+    What changes with time is fitted to noise that drifts, whose blocks are alike.
+    """
+    return len(effect.sizes) > 1 and Trait.TIMED not in effect.traits
 
 
 def is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
@@ -81,9 +93,8 @@ def is_sized(
 ) -> bool:
     """Whether a size of a single name is as surely not nothing as a name is to be.
 
-    One of them at ``1 − α``; or all together where no block follows the one before. What changes
-    with time is fitted to noise that drifts, whose blocks are alike: all sizes together follow it
-    where none is known for itself. Switches are on or off.
+    One of them at ``1 − α``; or all together where no block follows the one before. Switches are on
+    or off.
 
     Parameters
     ----------
@@ -105,8 +116,7 @@ def is_sized(
     sure = [i.sureness for name, i in intervals.items() if name.rsplit(".", 1)[1] in others]
     if max([cause.size.sureness, *sure]) >= wider:
         return True
-    together = len(effect.sizes) > 1 and Trait.TIMED not in effect.traits
-    return together and chance_of_nothing(effect, model) < alpha
+    return _act_together(effect) and chance_of_nothing(effect, model) < alpha
 
 
 def chance_of_nothing(effect: Effect, fitted: Refit) -> float:

@@ -109,9 +109,10 @@ def standing(
     """
     problem, final = subject.problem, path.current
     library, count = path.rounds[0].library, len(path.causes)
-    nested = nested_losses(problem, library, rules, count, seed, final.law, pair=path.pair)
+    most = count + len(path.dropped)
+    nested = nested_losses(problem, library, rules, most, seed, final.law, pair=path.pair)
     begun = [cause.begun_by for cause in path.causes]
-    alike = nested.alike(begun)
+    alike = nested.alike(begun, path.dropped)
     if count == 1 and path.model is not None and not alike.all():
         others = frozenset().union(*nested.chosen) - begun[0]
         alike = nested.alike([begun[0] | set(_outdone(subject, path, path.model, others))])

@@ -155,6 +155,8 @@ class EffectParameter:
     far
         Changes of a size that acts far from linearly, at which its signature is taken beside the
         derivative.
+    beside
+        True for a size that is fitted with the effect's others, and is no candidate by itself.
     """
 
     name: str
@@ -167,6 +169,7 @@ class EffectParameter:
     grid: tuple[float, ...] = ()
     grid_of: GridOf = GridOf.ITSELF
     far: tuple[float, ...] = ()
+    beside: bool = False
 
     @property
     def tried(self) -> str:

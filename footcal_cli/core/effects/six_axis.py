@@ -127,7 +127,8 @@ def _drag(log: Log, theta: Theta) -> FloatArray:
     phase = leg_phase(log)[..., None]
     sine = np.stack([theta[f"cable_{axis}_sin"] for axis in AXES[:3]], axis=-1)
     cosine = np.stack([theta[f"cable_{axis}_cos"] for axis in AXES[:3]], axis=-1)
-    pull = sine * np.sin(phase) + cosine * np.cos(phase)
+    mean = np.stack([theta[f"cable_{axis}_mean"] for axis in AXES[:3]], axis=-1)
+    pull = mean + sine * np.sin(phase) + cosine * np.cos(phase)
     return np.concatenate([pull, np.zeros_like(pull)], axis=-1)
 
 
@@ -255,14 +256,14 @@ CABLE_DRAG = Effect(
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
-        EffectParameter(f"cable_{axis}_{part}", "N", 0.0, -20.0, 20.0, 0.3)
+        EffectParameter(f"cable_{axis}_{part}", "N", 0.0, -20.0, 20.0, usual, beside=usual > 0.3)
         for axis in AXES[:3]
-        for part in ("sin", "cos")
+        for part, usual in (("sin", 0.3), ("cos", 0.3), ("mean", 1.0))
     ),
     apply=on_wrenches(plus(_drag)),
     remove=on_wrenches(plus(_drag, -1.0)),
     experiments=HUNG_OR_STOOD,
-    formula="f_measured = f + a sin φ + b cos φ",
+    formula="f_measured = f + a sin φ + b cos φ + c; hanging legs show c as an offset",
     source="motor cables that bridge the transducer and bend with the leg",
     remedy="give the leg's cable a loose loop across the transducer",
     needs=("phase_rad",),

@@ -198,7 +198,7 @@ def effect_columns(
     shapes = shapes_of(case, effect)
     signatures: list[Signature] = []
     columns: list[FloatArray] = []
-    for size in effect.sizes:
+    for size in (s for s in effect.sizes if not s.beside):
         # seen from swapped readings a whole swap is −1; half a swap there is not
         switch = effect.name in SWITCHES
         lower, upper = (-1.3, -0.7) if switch else (size.lower, size.upper)
