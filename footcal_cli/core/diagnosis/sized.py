@@ -41,8 +41,9 @@ def is_nothing(subject: Subject, causes: Sequence[Cause], model: Refit | None) -
 def is_sure(cause: Cause, effect: Effect, fitted: Refit) -> bool:
     """Whether a further cause is `_SURE` times its 95 % interval away from nothing.
 
-    One size of it, or all together as improbably (`_SURELY_NOTHING`) nothing. Beside a foreign form of the first cause some size of some other effect always fits a little
-    better; the linear proxy is family-wise sure of it, the refit of both is not.
+    One size of it, or all together as improbably (`_SURELY_NOTHING`) nothing. Beside a foreign form
+    of the first cause some size of some other effect always fits a little better; the linear proxy
+    is family-wise sure of it, the refit of both is not.
     """
     neutral = next(p.neutral for p in effect.parameters if p.name == cause.signature.parameter)
     mine = [
