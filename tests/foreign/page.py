@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from tests.foreign.efficiency import Bounds, table
 from tests.foreign.kinds import DRAW, FLEET, kind_of
 from tests.foreign.owners import OWNERS
 
@@ -63,7 +64,7 @@ _ROBOTS = """
 """
 
 
-def page_of(answers: Answers) -> str:
+def page_of(answers: Answers, bounds: Mapping[tuple[str, int], Bounds]) -> str:
     """Markdown of all answers: the fresh draws, then the one that mends were chosen on."""
     fresh = {key: one for key, one in answers.items() if key[1] >= DRAW}
     seen = {key: one for key, one in answers.items() if key[1] < DRAW and key[1] not in OWNERS}
@@ -77,7 +78,7 @@ def page_of(answers: Answers) -> str:
         text += _OWNERS + _coverage(owners)
     if seen:
         text += "\n## Seeds on which mends were chosen\n\n" + _coverage(seen)
-    text += _ROBOTS
+    text += table(fresh or seen, bounds) + _ROBOTS
     shown = {**(fresh or seen), **owners}
     for (task, seed), one in sorted(shown.items(), key=lambda item: item[0][1] % DRAW):
         sizes = ", ".join(
