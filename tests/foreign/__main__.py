@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from tests.foreign.campaign import run, tasks_of
-from tests.foreign.efficiency import Bounds, bounds_of
+from tests.foreign.efficiency import bounds_of
 from tests.foreign.kinds import DRAW, FLEET, kind_of
 from tests.foreign.page import Answer, page_of
 
@@ -21,13 +21,12 @@ def main() -> None:
     parser.add_argument("--page", type=Path, default=Path("docs/foreign_calibration.md"))
     given = parser.parse_args()
     answers: dict[tuple[str, int], Answer] = {}
-    bounds: dict[tuple[str, int], Bounds] = {}
     for seed in (make + DRAW * draw for draw in given.draws for make in given.makes):
         for name in tasks_of(seed):
             answers[name, seed] = run(name, seed, given.out)
-            bounds[name, seed] = bounds_of(name, seed, given.out)
             sys.stdout.write(f"{seed} {kind_of(seed).name}: {name}\n")
             sys.stdout.flush()
+    bounds = {key: bounds_of(*key, given.out) for key in answers}
     given.page.write_text(page_of(answers, bounds), encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""Errors of walks and stands over their Cramér–Rao bounds, robot by robot, and their table."""
+"""Errors of walks and stands over their Cramér–Rao bounds, robot by robot."""
 
 from __future__ import annotations
 
@@ -20,18 +20,6 @@ _CELLS = (
     "static-init, true nameplate", "online-replay, true nameplate", "static-init, mounted anew",
     "online-replay, mounted anew",
 )  # fmt: skip
-_HEAD = """
-## Against the Cramér–Rao bound
-
-RMS error of a robot over its bound: median over robots, and quartiles. *Load known* is for one who
-knows what every cell (axis) felt, and is what noise alone costs. *With the estimator* is for
-one who knows total force and moments as well as an estimator of the body of this make has them, the
-spectrum of its errors included, and how sure mass and cells were beforehand; nobody knows how the
-soles share the load (`tests/foreign/least.py`). *sd / bound* is the stated sd over the latter.
-
-| command | quantity | robots | error / bound, load known | with the estimator | sd / bound |
-|---|---|---|---|---|---|
-"""
 
 
 def bounds_of(name: str, seed: int, folder: Path) -> Bounds:
@@ -60,30 +48,21 @@ def bounds_of(name: str, seed: int, folder: Path) -> Bounds:
     return dict(all_of[name])
 
 
-def table(
-    answers: Mapping[tuple[str, int], Mapping[str, Any]],
+def spreads(
+    task: str, quantity: str, answers: Mapping[tuple[str, int], Mapping[str, Any]],
     bounds: Mapping[tuple[str, int], Bounds],
-) -> str:
-    """Rows of all commands that have bounds; robots whose stated mass is wrong are left out."""
-    found: dict[tuple[str, str], list[list[float]]] = {}
-    for (task, seed), answer in answers.items():
-        if kind_of(seed).mass_off:
-            continue
-        for quantity, least_sd in bounds.get((task, seed), {}).items():
-            pairs, each = np.array(answer["ratios"].get(quantity, [])), np.array(least_sd)
-            if len(pairs) != len(each):
-                continue
-            found.setdefault((task, quantity), []).append([
-                _rms(pairs[:, 0] / each[:, 0]), _rms(pairs[:, 0] / each[:, 1]),
-                _rms(pairs[:, 1] / each[:, 1]),
-            ])  # fmt: skip
-    text = "".join(
-        f"| {task} | {quantity} | {len(rows)} | "
-        + " | ".join(_spread(np.array(rows)[:, i]) for i in range(3))
-        + " |\n"
-        for (task, quantity), rows in sorted(found.items())
-    )
-    return _HEAD + text if text else ""
+) -> tuple[str, str]:  # fmt: skip
+    """RMS error of a robot over its bounds: median over robots, and quartiles."""
+    found = []
+    for key, answer in answers.items():
+        each = np.array(bounds.get(key, {}).get(quantity, []))
+        pairs = np.array(answer["ratios"].get(quantity, []))
+        if key[0] == task and len(each) and len(each) == len(pairs):
+            found.append([_rms(pairs[:, 0] / each[:, i]) for i in (0, 1)])
+    if not found:
+        return "–", "–"
+    load, body = np.array(found).T
+    return _spread(load), _spread(body)
 
 
 def _rms(values: Any) -> float:

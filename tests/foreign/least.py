@@ -25,7 +25,7 @@ from tests.foreign.streams import body_stream, habits, stood, walked
 
 SCALE_SD, ZERO_SHARE = 0.02, 0.02
 """As cells are drawn: of their mean scale, and of the robot's weight."""
-AGAIN = {"walk": 32, "stand": 120}
+AGAIN = {"walk": 32, "stand": 80}
 """Estimators that are drawn anew: more than there are levels of which they show the covariance."""
 _SMALL = 1e-3
 

@@ -8,12 +8,13 @@ carries itself.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
-from tests.foreign.ankles import AXES, UNITS, ankle_offsets, ankles, sole
+from tests.foreign.ankles import AXES, UNITS, ankles, sole
 from tests.foreign.biped import FEET, GRAVITY_MPS2, Biped, draw_biped
 from tests.foreign.drawn import ANKLE_GAIN_SD, BELOW_SHARE, MASS_SD
 from tests.foreign.least import (
@@ -40,7 +41,7 @@ class Wrenches:
 
     Parameters
     ----------
-    applied : (pieces, n, 2, 6) wrenches on the transducers
+    shown : (pieces, n, 2, 6) readings without noise: wrenches and offsets, both times a gain
     below : (pieces, n, 2, 6, 4) per relative weight below them and per metre of its CoM
     on : (pieces, n, 2) whether a foot stands
     lever : (pieces, n, 5, 2, 6) of readings: force, and moments about the middle of the feet
@@ -49,7 +50,7 @@ class Wrenches:
     off : (again, pieces, n, 5)
     """
 
-    applied: Array
+    shown: Array
     below: Array
     on: Array
     lever: Array
@@ -77,7 +78,7 @@ def least_ankles(seed: int, task: str) -> dict[str, list[list[float]]]:
     for foot in range(len(FEET)):
         for c in range(6):
             seen = np.diag([prior[c] ** -2, gain**-2])
-            for piece in rows.applied[:, :, foot, c]:
+            for piece in rows.shown[:, :, foot, c]:
                 columns = np.column_stack([np.ones_like(piece), piece])
                 seen = seen + information(columns[:, None], power * rows.sd[c] ** 2)
             alone[foot, c] = np.sqrt(np.diag(np.linalg.inv(seen)))
@@ -102,7 +103,7 @@ def _with_estimator(rows: Wrenches, prior: Array, mass_sd: float) -> Array:
     pieces, n = rows.on.shape[:2]
     own = np.zeros((pieces, n, len(FEET), 6, _EACH))
     own[..., np.arange(6), np.arange(6)] = 1.0
-    own[..., np.arange(6), 6 + np.arange(6)] = rows.applied
+    own[..., np.arange(6), 6 + np.arange(6)] = rows.shown
     own[..., 12:] = rows.below
     felt = own * rows.on[..., None, None]
     columns = np.einsum("snrfc,snfcp->snrfp", rows.lever, felt).reshape(pieces, n, 5, -1)
@@ -123,6 +124,7 @@ def _with_estimator(rows: Wrenches, prior: Array, mass_sd: float) -> Array:
     return np.asarray(sd.reshape(len(FEET), _EACH))
 
 
+@cache
 def wrenches_of(seed: int, what: str, again: int | None = None) -> Wrenches:
     """Of a `walk` or a `stand`."""
     robot = draw_biped(seed)
@@ -131,10 +133,10 @@ def wrenches_of(seed: int, what: str, again: int | None = None) -> Wrenches:
     every = round(FINE_HZ / hz)
     hz = FINE_HZ / every
     parts = [_piece(robot, motion, every) for motion in motions]
-    applied, below, on, lever, whole = (np.stack(one) for one in zip(*parts, strict=True))
+    shown, below, on, lever, whole = (np.stack(one) for one in zip(*parts, strict=True))
     drawn = estimators(robot, seed, loss, again or AGAIN[what])
     return Wrenches(
-        applied, below, on, lever, whole,
+        shown, below, on, lever, whole,
         robot.sd_n * np.array([1.0] * 3 + [0.1 * robot.leg_m] * 3),
         white_and_slow(1.0, on.shape[1], cells_hz, hz, 0.0),
         np.stack([
@@ -153,7 +155,6 @@ def _piece(robot: Biped, motion: Motion, every: int) -> tuple[Array, Array, Arra
     shown = np.stack(
         [np.interp(plan.time_s[at], silent["time_s"], silent[name]) for name in names], axis=1
     )
-    applied = shown.reshape(-1, len(FEET), 6) - ankle_offsets(robot)
     up = np.array([0.0, 0.0, robot.ankle_m])
     place = plan.feet_m + up
     middle = plan.feet_m.mean(axis=1)
@@ -171,7 +172,7 @@ def _piece(robot: Biped, motion: Motion, every: int) -> tuple[Array, Array, Arra
         for i, axis in enumerate(np.eye(3)):
             below[:, side, 3:, 1 + i] = np.cross(axis, pull)
     on = (plan.share[at] > 0.0).astype(float)
-    return applied, below[at], on, lever[at], _true(robot, motion)[at]
+    return shown.reshape(-1, len(FEET), 6), below[at], on, lever[at], _true(robot, motion)[at]
 
 
 def _true(robot: Biped, motion: Motion) -> Array:
