@@ -15,8 +15,7 @@ import numpy as np
 from tests.foreign.ankles import AXES, UNITS
 from tests.foreign.biped import FEET, GRAVITY_MPS2, draw_biped
 from tests.foreign.files import Recorded
-from tests.foreign.loggers import converted
-from tests.foreign.noise import stream
+from tests.foreign.noise import Array, stream
 from tests.foreign.streams import stand, walk
 
 MASS_SD, GAIN_SD, ZERO_SHARE, BELOW_SHARE = 0.01, 0.02, 0.005, 0.0045
@@ -50,32 +49,28 @@ def weighed(recorded: Recorded, seed: int) -> Recorded:
     return replace(recorded, robot=robot)
 
 
-def anew(record: Callable[[int], Recorded]) -> Callable[[int], Recorded]:
+def anew(record: Callable[..., Recorded]) -> Callable[[int], Recorded]:
     """Cells that were mounted anew after the bench, and a mass that is off, as the recipe states.
 
     Scale and zero of each cell move by `GAIN_SD` and `ZERO_SHARE` of the robot's weight.
     """
 
     def recorded(seed: int) -> Recorded:
-        plain, robot = weighed(record(seed), seed), draw_biped(seed)
-        rng, count = stream(seed, "mounted anew"), len(robot.channels)
-        gain = 1.0 + GAIN_SD * rng.normal(size=count)
-        moved = ZERO_SHARE * robot.weight_n * rng.normal(size=count)
-        names = [f"{channel}_counts" for channel in robot.channels]
-        table = plain.logs["cells"].copy()
-        load = robot.scale * (table[names].to_numpy() - robot.zero)
-        table[names] = converted(robot, robot.zero + (load + moved) / (robot.scale * gain))
+        robot, rng = draw_biped(seed), stream(seed, "mounted anew")
+        gain = 1.0 + GAIN_SD * rng.normal(size=len(robot.channels))
+        moved = ZERO_SHARE * robot.weight_n * rng.normal(size=len(robot.channels))
+
+        def shown(_: Array, load_n: Array) -> Array:
+            return np.asarray((load_n + moved) / gain)
+
+        plain = weighed(record(seed, distort=shown), seed)
         # warmth too: the zeros of the bench and those of today each lie in the middle of a drift
         since = float(np.hypot(ZERO_SHARE, np.sqrt(2.0) * robot.kind.warming)) * robot.weight_n
         stated = {"mounted_scale_relative_sd": GAIN_SD, "mounted_bias_sd_n": since}
+        drift = gain * np.asarray(plain.truth["drift_n"])
+        truth = {**plain.truth, "gain": gain, "drift_n": drift + moved}
         nameplate = {**plain.robot["nameplate"], **stated}
-        truth = {
-            **plain.truth, "gain": gain, "drift_n": np.asarray(plain.truth["drift_n"]) + moved,
-        }  # fmt: skip
-        return replace(
-            plain, logs={**plain.logs, "cells": table}, truth=truth,
-            robot={**plain.robot, "nameplate": nameplate},
-        )  # fmt: skip
+        return replace(plain, truth=truth, robot={**plain.robot, "nameplate": nameplate})
 
     return recorded
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.foreign.ankles import ankle_offsets
 from tests.foreign.biped import draw_biped
+from tests.foreign.efficiency import bounds_of
 from tests.foreign.least import (
     Known,
     Rows,
@@ -17,6 +20,8 @@ from tests.foreign.least import (
     rows_of,
     white_and_slow,
 )
+from tests.foreign.least_ankles import wrenches_of
+from tests.foreign.motion import SOLE_PLACE_M, SOLE_ROLL_M
 from tests.foreign.noise import Array, coloured
 
 
@@ -95,3 +100,28 @@ def test_least_squares_that_know_the_load_reach_the_bound() -> None:
     share = np.sqrt(np.mean(np.square(ratios), axis=(0, 1)))
     sys.stdout.write(f"scale {share[0]:.3f}, zero {share[1]:.3f} of the bound\n")
     assert share == pytest.approx([1.0, 1.0], abs=3.0 / np.sqrt(2 * 8 * 300))
+
+
+def test_readings_of_ankles_balance_but_for_the_soles() -> None:
+    seed = 9207013
+    robot, rows = draw_biped(seed), wrenches_of(seed, "stand", again=1)
+    offsets = np.stack([ankle_offsets(robot)])[None]
+    ground = rows.shown - offsets - rows.below[..., 0]
+    left = np.einsum("snrfc,snfc->snr", rows.lever, ground) - rows.whole
+    # cells of the soles are laid where these are: 0.8 mm, and 0.2 mm more while the weight shifts
+    soles = 3.0 * np.hypot(SOLE_PLACE_M, SOLE_ROLL_M) * robot.kind.size * robot.weight_n
+    assert np.abs(left[..., :3]).max() < 1e-3 * robot.weight_n
+    assert np.abs(left[..., 3:]).max() < soles
+
+
+def test_every_value_has_its_bound(tmp_path: Path) -> None:
+    seed = 9207001
+    bounds = bounds_of("online-replay, mounted anew", seed, tmp_path)
+    anew = np.array(bounds["scale"])
+    exact = np.array(bounds_of("online-replay", seed, tmp_path)["scale"])
+    assert anew.shape == (len(draw_biped(seed).channels), 2)
+    # the mass is known to 1 %, scales to 2 % each: all together are known to that and no better
+    shared = (0.01**-2 + 8.0 * 0.02**-2) ** -0.5
+    assert anew[:, 1].min() > shared
+    assert exact[:, 1].max() < 0.1 * shared + 1e-3
+    assert bounds_of("offline-fit", seed, tmp_path) == {}
