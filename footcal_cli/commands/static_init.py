@@ -82,7 +82,10 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
     session.note(check_gains(belief.channels, fit.gain))
     found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed)
     session.note(standing_findings(recordings, fit.chi2, fit.dof))
-    estimates = as_unsure_as_weighed(fit.estimates, weighed.shared_sd(robot.mass_share_sd))
+    # standing, a wrong mass goes into zeros as well: into scales as far as the fit takes it there
+    estimates = as_unsure_as_weighed(
+        fit.estimates, weighed.shared_sd(robot.mass_share_sd), weight_n * fit.per_newton
+    )
     return replace(found, parameters=feet_calibration(session, estimates))
 
 

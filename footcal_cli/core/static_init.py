@@ -74,6 +74,9 @@ class StaticInit:
         Of the stances alone.
     chi2, dof
         Whitened squared residual of rows and prior, and the number of rows.
+    per_newton
+        Change of the estimates per newton that the demanded total force of all stances is too
+        large by, as a wrong mass has it, shape (2c,).
     """
 
     estimates: Estimates
@@ -84,6 +87,7 @@ class StaticInit:
     observability: Observability
     chi2: float
     dof: int
+    per_newton: FloatArray
 
 
 def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
@@ -101,9 +105,10 @@ def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
     belief
         The prior that the rows were made with.
     """
-    fit, chi2 = _as_sure_as_left(rows)
+    fit, chi2, per_newton = _as_sure_as_left(rows)
     c = len(belief.channels)
     values, covariance = fit.estimates.values, fit.estimates.covariance
+    turn = belief.per_gain_and_bias()
     return StaticInit(
         estimates=belief.estimates(values[:c], values[c:], covariance, fit.estimates.status),
         gain=values[:c],
@@ -113,6 +118,7 @@ def fit_static(rows: StanceRows, belief: Belief) -> StaticInit:
         observability=observability(rows.whitened, rows.names),
         chi2=chi2,
         dof=rows.error.size,
+        per_newton=turn @ per_newton,
     )
 
 
@@ -138,7 +144,7 @@ class SixAxisInit:
 
 def fit_static_six_axis(rows: StanceRows) -> SixAxisInit:
     """Maximum a posteriori of offsets, as `fit_static`."""
-    fit, chi2 = _as_sure_as_left(rows)
+    fit, chi2, _ = _as_sure_as_left(rows)
     return SixAxisInit(
         estimates=fit.estimates,
         observability=observability(rows.whitened, rows.names),
@@ -147,12 +153,13 @@ def fit_static_six_axis(rows: StanceRows) -> SixAxisInit:
     )
 
 
-def _as_sure_as_left(rows: StanceRows) -> tuple[Fit, float]:
+def _as_sure_as_left(rows: StanceRows) -> tuple[Fit, float, FloatArray]:
     """The fit, each kind of row no surer than what it leaves, and its χ² with the rows' own noise.
 
-    A kind is judged by itself: forces that agree would hide moments that do not.
+    A kind is judged by itself: forces that agree would hide moments that do not. Also what the
+    unknowns (p,) become by a newton that is demanded too much in all stances.
     """
-    fit, freedom = _solved(rows)
+    fit, freedom, per_newton = _solved(rows)
     chi2 = _chi2(rows, fit)
     kinds = np.array([_kind(name) for name in rows.output])
     factor = np.ones(kinds.size)
@@ -164,8 +171,8 @@ def _as_sure_as_left(rows: StanceRows) -> tuple[Fit, float]:
             factor[own] = np.sqrt(max(float(ratio), 1.0))
         if np.array_equal(factor, before):
             break
-        fit, freedom = _solved(replace(rows, sd=rows.sd * factor))
-    return fit, chi2
+        fit, freedom, per_newton = _solved(replace(rows, sd=rows.sd * factor))
+    return fit, chi2, per_newton
 
 
 def _kind(output: str) -> str:
@@ -182,10 +189,11 @@ def _fit(rows: StanceRows) -> Fit:
     return _solved(rows)[0]
 
 
-def _solved(rows: StanceRows) -> tuple[Fit, FloatArray]:
+def _solved(rows: StanceRows) -> tuple[Fit, FloatArray, FloatArray]:
     """Maximum a posteriori of the unknowns, and ``1 − h`` of each row, h its leverage.
 
-    What standing did not show says so.
+    Also ``P Aᵀ Σ⁻¹ 1``, what they become by a newton that total forces lack. What standing did not
+    show says so.
     """
     p, m = len(rows.names), rows.shared.shape[1]
     priors = zip(rows.names, rows.units, rows.prior_sd.tolist(), strict=True)
@@ -202,7 +210,8 @@ def _solved(rows: StanceRows) -> tuple[Fit, FloatArray]:
     # every stance shows the sum of all cells, which shrinks every sd a little and teaches no cell
     status = learnt_status(found.sd[:p], rows.prior_sd)
     own = Estimates(rows.names, rows.units, found.values[:p], found.covariance[:p, :p], status)
-    return replace(fit, estimates=own), 1.0 - leverage
+    lacking = np.array([name == "fz" for name in rows.output]) / rows.sd
+    return replace(fit, estimates=own), 1.0 - leverage, (found.covariance @ slope.T @ lacking)[:p]
 
 
 def _chi2(rows: StanceRows, fit: Fit) -> float:

@@ -303,6 +303,7 @@ def test_a_motion_beyond_what_was_thought_possible_is_not_good(name: str, doubte
     found = left_interval(LeftInterval(name, "s²", 3.0, 4e-3, -1.5e-3, 1.5e-3))
     assert found.severity == "warning"
     assert (found.code in DOUBTFUL) == doubted
+    assert ("hysteresis" in found.remedy) != doubted, "a cell with a loop has no scale in a walk"
 
 
 def test_every_command_that_judges_data_has_strict_findings() -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from footcal_cli.core.contact import judge
 from footcal_cli.core.online.belief import nameplate
 from footcal_cli.core.online.weighed import (
     Weighed,
@@ -14,6 +17,11 @@ from footcal_cli.core.online.weighed import (
     weighed_walking,
 )
 from footcal_cli.core.parameters import Status
+from footcal_cli.core.quiet import QuietSet
+from footcal_cli.core.stances import stance_rows, weight_of
+from footcal_cli.core.static_init import fit_static
+from tests.core.walk_data import make_standing
+from tests.core.walking import belief_of, stand_log
 
 CHANNELS = tuple(f"cell {i}" for i in range(8))
 
@@ -134,3 +142,46 @@ def test_a_mass_that_is_known_exactly_leaves_scales_as_sure_as_they_are() -> Non
     before, after = (unloaded @ e.covariance[np.ix_(at, at)] @ unloaded for e in (fitted, wider))
     assert after == pytest.approx(before)
     assert wider.sd[0] == pytest.approx(np.hypot(fitted.sd[0], 1e-7))
+
+
+def test_a_wrong_mass_goes_into_zeros_as_far_as_the_fit_takes_it_there() -> None:
+    """Stances in which cells and mass are drawn as they are stated: errors are those stated.
+
+    As if all scales followed the mass, they were stated to be unsure by 1 % more.
+    """
+    mass_sd, squared, follows = 0.01, [], []
+    for seed in range(60):
+        made = make_standing(12, seed, replace=True, com_sd=0.0)
+        log, belief = stand_log(made), belief_of(made)
+        rows = stance_rows(log, QuietSet(made.stance, judge({}, len(log))), belief, com_sd_m=0.0)
+        total = np.array([name == "fz" for name in rows.output])
+        weight = weight_of(log)
+        rng = np.random.default_rng(600 + seed)
+        off = rng.normal(0.0, 1.0, rows.sd.size) * rows.sd
+        off -= weight * mass_sd * rng.normal() * total
+        rows = replace(rows, error=rows.error + off)
+        fit = fit_static(rows, belief)
+        weighed = weighed_standing(
+            rows.h[total], rows.error[total], rows.sd[total], rows.prior_correlation, weight, 5.0
+        )
+        per_share = weight * fit.per_newton
+        wider = as_unsure_as_weighed(fit.estimates, weighed.shared_sd(mass_sd), per_share)
+        true = belief.estimates(made.true_gain, made.true_bias, np.eye(16), fit.estimates.status)
+        error = fit.estimates.values - true.values
+        squared.append(float(error @ np.linalg.solve(wider.covariance, error)) / 16)
+        follows.append(np.mean(per_share[:8] / fit.estimates.values[:8]))
+    assert 0.85 < np.mean(squared) < 1.15  # chi-squared of 16 over 16, 60 seeds: 1 ± 0.046 (1 sd)
+    assert np.mean(follows) < 0.7
+
+
+def test_what_a_newton_does_to_a_fit_is_what_it_says() -> None:
+    made = make_standing(8, 3, replace=True, com_sd=0.0)
+    log, belief = stand_log(made), belief_of(made)
+    rows = stance_rows(log, QuietSet(made.stance, judge({}, len(log))), belief)
+    total = np.array([name == "fz" for name in rows.output])
+    first, second = (
+        fit_static(replace(rows, error=rows.error - off * total, sd=10.0 * rows.sd), belief)
+        for off in (0.0, 1e-3)
+    )
+    change = (second.estimates.values - first.estimates.values) / 1e-3
+    assert change == pytest.approx(first.per_newton, rel=1e-6)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from tests.foreign.campaign import run, tasks_of
+from tests.foreign.efficiency import bounds_of
 from tests.foreign.kinds import DRAW, FLEET, kind_of
 from tests.foreign.page import Answer, page_of
 
@@ -25,7 +26,8 @@ def main() -> None:
             answers[name, seed] = run(name, seed, given.out)
             sys.stdout.write(f"{seed} {kind_of(seed).name}: {name}\n")
             sys.stdout.flush()
-    given.page.write_text(page_of(answers), encoding="utf-8")
+    bounds = {key: bounds_of(*key, given.out) for key in answers}
+    given.page.write_text(page_of(answers, bounds), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from tests.foreign.efficiency import Bounds, spreads
 from tests.foreign.kinds import DRAW, FLEET, kind_of
 from tests.foreign.owners import OWNERS
 
@@ -34,13 +35,18 @@ cells, soles that roll, noise that drifts.
 
 *Held* is the share of 95 % intervals that hold the truth, with its own 95 % interval (Wilson's,
 values of one robot counted as the design effect says); *error / sd* is the root mean square, 1
-where the stated sd is right. Tables of coverage leave out the robots whose stated mass is wrong on
+where the stated sd is right. *Error / bound* is the RMS error of a robot over its Cramér–Rao bound,
+median and quartiles over robots: for one who knows every load (what noise alone costs), and for one
+who knows total force and moments as well as an estimator of this make has them (the spectrum of its
+errors included) and has the priors that were drawn; nobody says how soles share the load
+(`tests/foreign/least.py`). Tables of coverage leave out the robots whose stated mass is wrong on
 purpose; they stand in the list of robots.
 
 """
 _LINES = (
-    "| command | quantity | robots | error (RMS) | stated sd | error / sd | held | 95 % interval |",
-    "|---|---|---|---|---|---|---|---|",
+    "| command | quantity | robots | error (RMS) | stated sd | error / sd | held | 95 % interval | "
+    "error / bound, load known | with the estimator |",
+    "|---|---|---|---|---|---|---|---|---|---|",
 )
 _OWNERS = """
 ## Logs in their owners' frames, recipes by `footcal init`
@@ -63,7 +69,7 @@ _ROBOTS = """
 """
 
 
-def page_of(answers: Answers) -> str:
+def page_of(answers: Answers, bounds: Mapping[tuple[str, int], Bounds]) -> str:
     """Markdown of all answers: the fresh draws, then the one that mends were chosen on."""
     fresh = {key: one for key, one in answers.items() if key[1] >= DRAW}
     seen = {key: one for key, one in answers.items() if key[1] < DRAW and key[1] not in OWNERS}
@@ -72,11 +78,11 @@ def page_of(answers: Answers) -> str:
     if fresh:
         draws = sorted({seed // DRAW for _, seed in fresh})
         text += f"## Fresh seeds\n\nDraws {', '.join(map(str, draws))} of every make.\n\n"
-        text += _coverage(fresh)
+        text += _coverage(fresh, bounds)
     if owners:
-        text += _OWNERS + _coverage(owners)
+        text += _OWNERS + _coverage(owners, bounds)
     if seen:
-        text += "\n## Seeds on which mends were chosen\n\n" + _coverage(seen)
+        text += "\n## Seeds on which mends were chosen\n\n" + _coverage(seen, bounds)
     text += _ROBOTS
     shown = {**(fresh or seen), **owners}
     for (task, seed), one in sorted(shown.items(), key=lambda item: item[0][1] % DRAW):
@@ -97,14 +103,14 @@ def name_of(seed: int) -> str:
     return FLEET[seed % DRAW].name
 
 
-def _coverage(answers: Answers) -> str:
+def _coverage(answers: Answers, bounds: Mapping[tuple[str, int], Bounds]) -> str:
     """Coverage of every quantity, and what was sure and wrong."""
     text = "\n".join(_LINES) + "\n"
     for task in dict.fromkeys(task for task, _ in answers):
-        text += _pooled(task, [
-            one for (name, seed), one in answers.items()
+        text += _pooled(task, {
+            (name, seed): one for (name, seed), one in answers.items()
             if name == task and not kind_of(seed).mass_off
-        ])  # fmt: skip
+        }, bounds)  # fmt: skip
     wrong = [(name_of(seed), task, one) for (task, seed), one in answers.items()
              if sure_and_wrong(one)]  # fmt: skip
     text += (
@@ -116,9 +122,9 @@ def _coverage(answers: Answers) -> str:
     return text
 
 
-def _pooled(task: str, each: Sequence[Answer]) -> str:
+def _pooled(task: str, answers: Answers, bounds: Mapping[tuple[str, int], Bounds]) -> str:
     """Rows of one command: its quantities over all robots."""
-    lines = ""
+    lines, each = "", [*answers.values()]
     for name in dict.fromkeys(name for one in each for name in one["ratios"]):
         pairs = [np.array(one["ratios"][name]) for one in each if one["ratios"].get(name)]
         if not pairs:
@@ -129,8 +135,9 @@ def _pooled(task: str, each: Sequence[Answer]) -> str:
         lines += (
             f"| {task} | {name} | {len(pairs)} | {factor * _rms(error):.3g} {unit} | "
             f"{factor * _rms(sd):.3g} {unit} | {_rms(error / sd):.2f} | {100 * share:.0f} % | "
-            f"{100 * low:.0f}–{100 * high:.0f} % |\n"
-        )
+            f"{100 * low:.0f}–{100 * high:.0f} % | "
+            + " | ".join(spreads(task, name, answers, bounds)) + " |\n"
+        )  # fmt: skip
     return lines
 
 

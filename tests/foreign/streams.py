@@ -55,9 +55,14 @@ def walk(
     turn_radps : of the path; drawn where not given
     distort : a hidden cause
     """
-    robot, rng = draw_biped(seed), stream(seed, "walk")
-    motion = move(robot, plan_walk(robot, rng, seconds, turn_radps), rng)
+    robot, motion = draw_biped(seed), walked(seed, seconds, turn_radps)
     return _recorded(robot, [motion], stream(seed, "walk logged"), delay_s, stated_delay_s, distort)
+
+
+def walked(seed: int, seconds: float = 60.0, turn_radps: float | None = None) -> Motion:
+    """What the robot of `walk` did."""
+    robot, rng = draw_biped(seed), stream(seed, "walk")
+    return move(robot, plan_walk(robot, rng, seconds, turn_radps), rng)
 
 
 def stand(
@@ -70,12 +75,30 @@ def stand(
     distort: Distort | None = None,
 ) -> Recorded:
     """Quiet stances with the feet placed anew; the loggers pause while the robot moves."""
+    robot, motions = draw_biped(seed), stood(seed, stances, seconds_each)
+    return _recorded(robot, motions, stream(seed, "stand logged"), delay_s, stated_delay_s, distort)
+
+
+def stood(seed: int, stances: int = 12, seconds_each: float = 4.0) -> list[Motion]:
+    """What the robot of `stand` did, stance by stance."""
     robot, rng = draw_biped(seed), stream(seed, "stand")
     step = seconds_each + PAUSE_S
-    motions = [
+    return [
         move(robot, plan_stance(robot, rng, seconds_each, i * step, i), rng) for i in range(stances)
     ]
-    return _recorded(robot, motions, stream(seed, "stand logged"), delay_s, stated_delay_s, distort)
+
+
+def habits(
+    robot: Biped, rng: Rng, delay_s: float | None = None
+) -> tuple[float, float, float, float]:
+    """Delay of the body stream (s), rates of cells and body (Hz), lost angular momentum."""
+    kind = robot.kind
+    delay = float(np.round(rng.uniform(0.02, 0.083), 3)) if delay_s is None else delay_s
+    cells_hz, body_hz = float(rng.choice([80.0, 100.0])), float(rng.choice([100.0, 200.0]))
+    loss = float(rng.uniform(0.15, 0.25))
+    delay = kind.delay_s if delay_s is None and kind.delay_s is not None else delay
+    loss = loss if kind.momentum_loss is None else kind.momentum_loss
+    return delay, kind.cells_hz or cells_hz, kind.body_hz or body_hz, loss
 
 
 def _recorded(
@@ -86,20 +109,15 @@ def _recorded(
     stated_delay_s: float | None,
     distort: Distort | None,
 ) -> Recorded:
-    delay = float(np.round(rng.uniform(0.02, 0.083), 3)) if delay_s is None else delay_s
-    cells_hz, body_hz = float(rng.choice([80.0, 100.0])), float(rng.choice([100.0, 200.0]))
-    loss = float(rng.uniform(0.15, 0.25))
     kind = robot.kind
-    delay = kind.delay_s if delay_s is None and kind.delay_s is not None else delay
+    delay, cells_hz, body_hz, loss = habits(robot, rng, delay_s)
     stated = delay if stated_delay_s is None else stated_delay_s
-    cells_hz, body_hz = kind.cells_hz or cells_hz, kind.body_hz or body_hz
-    loss = loss if kind.momentum_loss is None else kind.momentum_loss
     show = ankles if kind.cells == 0 else _cells
     drift = Drift(robot, rng)
     cells = pd.concat(
         [show(robot, m, rng, cells_hz, distort, drift) for m in motions], ignore_index=True
     )
-    seen = [_body(robot, m, rng, body_hz, loss) for m in motions]
+    seen = [body_stream(robot, m, rng, body_hz, loss) for m in motions]
     body = pd.concat([frame for frame, _ in seen], ignore_index=True)
     body["time_s"] += delay + STAMP_LAG_S
     cells, body = (transported(kind, table, rng) for table in (cells, body))
@@ -145,7 +163,7 @@ def _cells(
     )
 
 
-def _body(
+def body_stream(
     robot: Biped, motion: Motion, rng: Rng, hz: float, loss: float
 ) -> tuple[pd.DataFrame, Array]:
     """An ordinary state estimator: leg odometry on quantised joints, differences of positions.

@@ -10,24 +10,17 @@ from scipy.signal import lfilter
 
 from footcal_cli.core import calibrate
 from tests.foreign import draw_biped, draw_hexapod, hang, weights
-from tests.foreign.biped import GRAVITY_MPS2
+from tests.foreign.biped import GRAVITY_MPS2, Biped
+from tests.foreign.least import bench_noise
 from tests.foreign.legs import DOWN, LEGS, Hexapod, arm_at
 from tests.foreign.noise import Array
 from tests.foreign.test_hanging import fits_of
 
 
-def bound(robot_sd_n: float, weights_off: float, load_n: Array) -> Array:
-    """``sqrt diag (Aᵀ Σ⁻¹ A)⁻¹`` of relative scale and zero (N), with Σ as the world draws it.
-
-    Readings are means of seconds with a white and a slow part; a weight's own error is the same
-    whenever it is put on.
-    """
-    n = load_n.size
-    apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
-    noise = robot_sd_n**2 * (0.3**2 * np.eye(n) + 0.4**2 * np.exp(-apart / 6.0))
-    same = np.equal.outer(load_n, load_n)
-    noise = noise + (weights_off * np.outer(load_n, load_n) ** 0.5) ** 2 * same
-    a = np.column_stack([load_n, np.ones(n)])
+def bound(robot: Biped, time_s: Array, load_n: Array) -> Array:
+    """``sqrt diag (Aᵀ Σ⁻¹ A)⁻¹`` of relative scale and zero (N), with Σ as the world draws it."""
+    noise = bench_noise(robot, time_s, load_n)
+    a = np.column_stack([load_n, np.ones(load_n.size)])
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(a.T @ np.linalg.solve(noise, a)))))
 
 
@@ -38,16 +31,16 @@ def ratios(seeds: range) -> tuple[Array, Array]:
         robot, frame = draw_biped(seed), weights(seed).logs["weights"]
         for i, channel in enumerate(robot.channels):
             one = frame[frame["channel"] == channel]
-            load = one["load_n"].to_numpy()
+            load, time_s = one["load_n"].to_numpy(), one["time_s"].to_numpy()
             found = calibrate.weights(
-                channel, load, one["counts"].to_numpy(), time_s=one["time_s"].to_numpy(),
+                channel, load, one["counts"].to_numpy(), time_s=time_s,
                 session=one["repeat"].to_numpy(),
             ).estimates  # fmt: skip
             scale, zero = robot.scale[i], robot.zero[i]
             rows = np.array([[1.0 / scale, 0.0], [zero, 1.0]])
             error = rows @ (found.values[:2] - [scale, -scale * zero])
             sd = np.sqrt(np.diag(rows @ found.covariance[:2, :2] @ rows.T))
-            over_bound.append(error / bound(robot.sd_n, robot.kind.weights_off, load))
+            over_bound.append(error / bound(robot, time_s, load))
             over_sd.append(error / sd)
     return np.array(over_bound), np.array(over_sd)
 

@@ -56,6 +56,15 @@ class Belief:
         """``F⁰ = c⁰ S + d⁰``, shape (n, c)."""
         return counts * self.scale_n_per_count + self.bias_n
 
+    def per_gain_and_bias(self) -> FloatArray:
+        """``∂(scales, biases)/∂(γ, β)``, shape (2c, 2c)."""
+        c = len(self.channels)
+        turn = np.zeros((2 * c, 2 * c))
+        turn[:c, :c] = np.diag(self.scale_n_per_count)
+        turn[c:, :c] = np.diag(self.bias_n)
+        turn[c:, c:] = np.eye(c)
+        return turn
+
     def estimates(
         self,
         gain: FloatArray,
@@ -74,11 +83,7 @@ class Belief:
         status
             Of the scales, then of the biases.
         """
-        c = len(self.channels)
-        turn = np.zeros((2 * c, 2 * c))
-        turn[:c, :c] = np.diag(self.scale_n_per_count)
-        turn[c:, :c] = np.diag(self.bias_n)
-        turn[c:, c:] = np.eye(c)
+        c, turn = len(self.channels), self.per_gain_and_bias()
         return Estimates(
             names=tuple(f"{name}.scale" for name in self.channels)
             + tuple(f"{name}.bias" for name in self.channels),

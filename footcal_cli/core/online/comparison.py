@@ -317,5 +317,7 @@ def left_interval(found: LeftInterval) -> Finding:
         f"now {found.value:.3g}",
         "compare the body's stream with an IMU, the model's CoM with the robot: the motion is "
         "wrong by more than was thought possible, and scales and biases rest on it"
-        if of_body else "calibrate offline again, or widen the prior if the data sheet allows it",
+        if of_body else "calibrate offline again, or widen the prior if the data sheet allows it; "
+        "cells with hysteresis (force-sensing resistors) have another slope in small changes of "
+        "load and another zero after them: then no scale is right, and sd do not hold that",
     )  # fmt: skip

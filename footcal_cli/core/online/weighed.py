@@ -82,9 +82,22 @@ class Weighed:
         )
 
 
-def as_unsure_as_weighed(estimates: Estimates, shared_sd: float) -> Estimates:
-    """Scales and biases with an error that multiplies all forces alike, as a share of them."""
-    step = shared_sd * estimates.values
+def as_unsure_as_weighed(
+    estimates: Estimates, shared_sd: float, per_share: FloatArray | None = None
+) -> Estimates:
+    """Scales and biases with the error that the mass which they were fitted to leaves.
+
+    Parameters
+    ----------
+    estimates
+        ``<cell>.scale`` and ``<cell>.bias``, shape (2c,).
+    shared_sd
+        Relative sd of that mass (`Weighed.shared_sd`).
+    per_share
+        Change of the estimates per share that the mass is too large by, shape (2c,). Where not
+        given, all forces follow it: zeros are known otherwise, as from feet in the air.
+    """
+    step = shared_sd * (estimates.values if per_share is None else per_share)
     return replace(estimates, covariance=estimates.covariance + np.outer(step, step))
 
 
