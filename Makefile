@@ -162,6 +162,14 @@ bench: $(VENV)/.installed-dev  ## Benchmarks: ratios measured in one run; writes
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=median,iqr,rounds
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks
 
+.PHONY: long
+long: $(VENV)/.installed-dev  ## Walks of 1 to 8 h, weights of 3 to 24 h: CPU time and memory of each command.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.long_logs --out $(OUT)/long
+
+.PHONY: many
+many: $(VENV)/.installed-dev  ## 200 sessions: batch against a loop, with a worker killed, by Dask.
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.many_sessions --out $(OUT)/many
+
 .PHONY: format
 format: $(VENV)/.installed-dev  ## Format the code.
 	$(BIN)/ruff format .

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import gc
+import subprocess
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -268,3 +270,15 @@ def test_every_file_is_short_enough_to_read() -> None:
         if (count := len(path.read_text(encoding="utf-8").splitlines())) > 400
     }
     assert not long
+
+
+def test_no_module_brings_scipy_stats_before_it_is_needed() -> None:
+    """It takes a fifth of a second (`scipy.signal` loads it too): imported where it is called."""
+    code = (
+        "import pkgutil, sys, footcal_cli\n"
+        "for m in pkgutil.walk_packages(footcal_cli.__path__, 'footcal_cli.'):\n"
+        "    if not m.name.endswith('__main__'): __import__(m.name)\n"
+        "assert 'scipy.stats' not in sys.modules and 'scipy.signal' not in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -40,12 +40,16 @@ def write(folder: Path, ending: str) -> Path:
         frame().to_parquet(path, index=False, row_group_size=11)
     elif ending == ".csv.gz":
         path.write_bytes(gzip.compress(frame().to_csv(index=False).encode()))
+    elif ending == "_quoted.csv":
+        header, lines = frame().to_csv(index=False).split("\n", 1)
+        quoted = ",".join(f'"{name}"' for name in header.split(","))
+        path.write_text(f"{quoted}\n{lines}")
     else:
         path.write_text(frame().to_csv(index=False).rstrip("\n"))  # no line end at the end
     return path
 
 
-@pytest.mark.parametrize("ending", [".parquet", ".csv", ".csv.gz"])
+@pytest.mark.parametrize("ending", [".parquet", ".csv", "_quoted.csv", ".csv.gz"])
 def test_pieces_are_the_whole(tmp_path: Path, ending: str) -> None:
     path = write(tmp_path, ending)
     whole = read_table(path, TABLE, FOREIGN, gravity_mps2=GRAVITY)

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.integrate import trapezoid
 from scipy.spatial.transform import Rotation
 
-from footcal_cli.core.filters import butterworth, median_spectrum, response
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.signals import CUTOFF_HZ, GAP_PERIODS, low_pass_stretches, stretches
 
@@ -124,6 +123,8 @@ def derivative_noise(
     good
         Rows that are whole, shape (n,).
     """
+    from scipy.signal import butter, freqz_sos, welch
+
     lowest = _NOISE_BAND_CUTOFFS * cutoff_hz / rate_hz
     unknown = np.full(second_derivative.shape[1], np.nan)
     if lowest > _HIGHEST_SHARE - _LEAST_BAND_SHARE:
@@ -133,9 +134,10 @@ def derivative_noise(
         if stop - start < _LEAST_STRETCH:
             continue
         # the median over segments lets an impact of the foot pass by
-        frequency, density = median_spectrum(
-            second_derivative[start:stop], rate_hz, min(_SEGMENT, stop - start)
-        )
+        frequency, density = welch(
+            second_derivative[start:stop], fs=rate_hz, nperseg=min(_SEGMENT, stop - start),
+            average="median", axis=0,
+        )  # fmt: skip
         share = frequency / rate_hz
         band = (share >= lowest) & (share <= _HIGHEST_SHARE)
         shape = (2.0 * np.sin(np.pi * share[band])) ** 4
@@ -144,8 +146,8 @@ def derivative_noise(
     if weight == 0:
         return unknown
     at_hz = np.linspace(0.0, 0.5 * rate_hz, 2048)
-    passed = response(butterworth(2, cutoff_hz, rate_hz), at_hz, rate_hz)
-    kept = (2.0 * np.sin(np.pi * at_hz / rate_hz)) ** 4 * passed**4
+    _, response = freqz_sos(butter(2, cutoff_hz, fs=rate_hz, output="sos"), at_hz, fs=rate_hz)
+    kept = (2.0 * np.sin(np.pi * at_hz / rate_hz)) ** 4 * np.abs(response) ** 4
     return np.asarray(np.sqrt(level / weight * trapezoid(kept, at_hz)))
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.filters import butterworth, filtered, filtered_both_ways
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _REACH_S = 0.01
@@ -255,11 +254,15 @@ def low_pass(
     """
     if cutoff_hz >= 0.45 * rate_hz or len(values) < 2:
         return np.array(values, dtype=float)
-    sections = butterworth(_FILTER_ORDER, cutoff_hz, rate_hz)
+    from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+
+    sections = butter(_FILTER_ORDER, cutoff_hz, fs=rate_hz, output="sos")
     if causal:
-        return filtered(sections, values)
+        start = sosfilt_zi(sections).reshape(len(sections), 2, *(1,) * (values.ndim - 1))
+        filtered, _ = sosfilt(sections, values, axis=0, zi=start * values[:1])
+        return np.asarray(filtered)
     padding = min(len(values) - 1, int(3 * rate_hz / cutoff_hz))
-    return filtered_both_ways(sections, values, padding)
+    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
 
 
 def low_pass_stretches(

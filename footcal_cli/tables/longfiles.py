@@ -132,7 +132,8 @@ def _of_csv(
         with opener(path, "rb") as stream:
             header: bytes = stream.readline()
             block: bytes = stream.read(PIECE_BYTES)
-            quoted = b'"' in header or b'"' in block
+            # names in quotes are no texts with line ends, unless the line ends within them
+            quoted = header.count(b'"') % 2 == 1 or b'"' in block
             rest = b""
             while not quoted and (block or rest.strip()):
                 whole = rest + block

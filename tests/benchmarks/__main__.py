@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 import platform
+import subprocess
 import sys
 import time
+from datetime import date
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from statistics import median
@@ -43,8 +46,9 @@ def page_of(
     results: list[tuple[Contender, list[float]]],
     fits: list[tuple[str, list[float]]],
     diagnoses: list[tuple[str, list[float]]],
+    before: float,
 ) -> str:
-    """The page, a table per kernel, one of fits and one of whole diagnoses."""
+    """The page: a table per kernel, of fits, of whole diagnoses; `before`: the load before."""
     lines = [
         "# Benchmarks",
         "Written by `make bench`. CPU time per update of a 20 s walk (8 cells at 80 Hz, 20 updates "
@@ -73,7 +77,20 @@ def page_of(
                 f"{len(times)}) | {best[one.name] / best['compiled']:.2g} | {against} |"
             )
         lines.append("")
-    return "\n".join([*lines, *lines_of_fits(fits), *lines_of(diagnoses), versions()]) + "\n"
+    lines += [*lines_of_fits(fits), *lines_of(diagnoses), moment(before), versions()]
+    return "\n".join(lines) + "\n"
+
+
+def moment(before: float) -> str:
+    """When, which code, and how many processes ran: the load before and after."""
+    asked = ["git", "describe", "--always", "--dirty", "--exclude=*"]
+    done = subprocess.run(asked, cwd=PAGE.parent, capture_output=True, text=True, check=False)
+    code = f", commit {done.stdout.strip()}" if done.returncode == 0 else ""
+    after = os.getloadavg()[0]
+    return (
+        f"Measured on {date.today().isoformat()}{code}, under a load of {before:.1f} at the start "
+        f"and {after:.1f} at the end ({os.cpu_count()} processors; 1 is this process alone).\n"
+    )
 
 
 def versions() -> str:
@@ -97,6 +114,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--out", type=Path, default=PAGE)
     given = parser.parse_args()
+    before = os.getloadavg()[0]
     results = []
     for one in contenders():
         times = measured(one, given.rounds)
@@ -113,7 +131,7 @@ def main() -> None:
         diagnoses.append((name, times))
         sys.stdout.write(f"{min(times):10.1f} s   {name}\n")
         sys.stdout.flush()
-    given.out.write_text(page_of(results, fits, diagnoses), encoding="utf-8")
+    given.out.write_text(page_of(results, fits, diagnoses, before), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -78,6 +78,12 @@ def test_some_blocks_have_the_products_of_these(which: int, asked_before: bool) 
     fewer = products.of_blocks(kept)
     np.testing.assert_allclose(fewer.part(some, some), true[kept][:, some[:, None], some])
     np.testing.assert_allclose(fewer.squares(some), true[kept][:, some, some])
+    for mine in (kept, ~kept, np.full(BLOCKS, fill_value=True)):
+        of = products.of_blocks(mine)
+        summed = true[mine][:, some[:, None], some].sum(axis=0)
+        np.testing.assert_allclose(of.summed(some), summed)
+        of.summed(some)[:] = 0.0  # what is given away is not kept
+        np.testing.assert_allclose(of.summed(some), summed)
     np.testing.assert_allclose(fewer.summed(some), true[kept][:, some[:, None], some].sum(axis=0))
 
 

@@ -35,6 +35,7 @@ def test_an_orthogonal_basis_leaves_what_the_best_fit_leaves(dependent: bool) ->
         columns[:, 4] = columns[:, 0] + 1e-4 * columns[:, 1]
     basis = orthogonal(columns, 1e-8)
     assert basis.shape == (30, 4 if dependent else 5)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(basis.shape[1]), atol=1e-14)
     left = target - basis @ (basis.T @ target)
     np.testing.assert_allclose(left, left_by(columns, target, 1e-8), atol=1e-10)
     assert orthogonal(np.zeros((30, 2)), 1e-8).shape == (30, 0)

@@ -174,8 +174,10 @@ def check_loose_cells(readings: FloatArray, names: Sequence[str]) -> list[Findin
     if len(names) < 2:
         return []
     resolution = resolution_of(readings)
-    steps = np.stack([_abrupt(np.diff(column), resolution) for column in readings.T], 1)
-    steps |= _moving(readings)
+    # cell by cell: what is made of all cells of a long log at once is as large as it is
+    steps = np.stack(
+        [_abrupt(np.diff(column), resolution) | _moving(column) for column in readings.T], 1
+    )
     found = []
     for i, name in enumerate(names):
         own = readings[:, i]
@@ -194,18 +196,18 @@ def check_loose_cells(readings: FloatArray, names: Sequence[str]) -> list[Findin
     return found
 
 
-def _moving(readings: FloatArray) -> BoolArray:
-    """Whether each cell is on its way to another load from one sample to the next, (n − 1, c)."""
-    lowest, highest = readings[1:].copy(), readings[1:].copy()
+def _moving(reading: FloatArray) -> BoolArray:
+    """Whether a cell is on its way to another load from one sample to the next, shape (n − 1,)."""
+    lowest, highest, later = reading[1:].copy(), reading[1:].copy(), reading[1:]
     for by in range(1, _TOGETHER + 2):
         # a sample that was lost hides no other
         for at, seen in ((slice(by, None), slice(-by)), (slice(-by), slice(by, None))):
-            lowest[at] = np.fmin(lowest[at], readings[1:][seen])
-            highest[at] = np.fmax(highest[at], readings[1:][seen])
-    spans = np.zeros(readings.shape[1])
-    there = np.isfinite(readings).any(axis=0)
-    spans[there] = np.subtract(*np.nanpercentile(readings[:, there], [98, 2], axis=0))
-    return np.asarray(highest - lowest > _MOVED * spans)
+            np.fmin(lowest[at], later[seen], out=lowest[at])
+            np.fmax(highest[at], later[seen], out=highest[at])
+    there = reading[np.isfinite(reading)]
+    span = float(np.subtract(*np.percentile(there, [98, 2]))) if there.size else 0.0
+    highest -= lowest
+    return np.asarray(highest > _MOVED * span)
 
 
 def _near(flags: BoolArray, at: int) -> bool:

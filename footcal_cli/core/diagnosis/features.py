@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.filters import recursion
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.signals import starts_of
@@ -114,6 +113,8 @@ _FARTHEST = 2.5  # a signal counts up to so many of its sd
 
 def _memories(problem: Problem) -> FloatArray:
     """Each regressor less its exponentially forgotten past, at several time constants."""
+    from scipy.signal import lfilter
+
     starts = starts_of(problem.sequence)
     stops = np.append(starts[1:], problem.sequence.size)
     sources = _moving(problem.regressors)
@@ -124,7 +125,9 @@ def _memories(problem: Problem) -> FloatArray:
         past = np.empty_like(stack)
         for start, stop in zip(starts, stops, strict=True):
             first = stack[start : start + 1]
-            past[start:stop] = recursion(stack[start:stop], (1.0 - keep,), (-keep,), keep * first)
+            past[start:stop] = lfilter(
+                [1.0 - keep], [1.0, -keep], stack[start:stop], axis=0, zi=keep * first
+            )[0]
         parts.append(stack - past)
     return np.hstack(parts)
 

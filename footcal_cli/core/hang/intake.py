@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.filters import polynomial_derivative
 from footcal_cli.core.hang.runs import LEVEL
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -57,13 +56,17 @@ def _stretch(time_s: FloatArray, phase_rad: FloatArray) -> tuple[FloatArray, Flo
     turns = abs(phase[-1] - phase[0]) / (2.0 * np.pi)
     if turns < _TURNS:
         return np.zeros(time_s.size), np.zeros(time_s.size)
+    from scipy.signal import savgol_filter
+
     even = np.linspace(time_s[0], time_s[-1], time_s.size)
     period = even[1] - even[0]
     span = int(_TURN_SHARE * time_s.size / turns) // 2 * 2 + 1
     span = min(max(span, _FEWEST), (time_s.size - 1) // 2 * 2 + 1)
     resampled = np.interp(even, time_s, phase)
     speed, acceleration = (
-        np.interp(time_s, even, polynomial_derivative(resampled, span, _POLYNOMIAL, order, period))
+        np.interp(
+            time_s, even, savgol_filter(resampled, span, _POLYNOMIAL, deriv=order, delta=period)
+        )
         for order in (1, 2)
     )
     return speed, acceleration

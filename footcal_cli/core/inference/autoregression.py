@@ -6,6 +6,7 @@ independent claims intervals that are too short: with 2 s of memory they cover 6
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from operator import mul
@@ -206,10 +207,7 @@ def _with_slow_parts(
     if shown.sum() < _FEWEST:
         return tuple(channels)
     power = np.concatenate(
-        [
-            np.stack([power_of(c)[k] for c in r.T], axis=-1) / len(r)
-            for k, r in zip(low, residuals, strict=True)
-        ]
+        [power_of(r.T)[:, k].T / len(r) for k, r in zip(low, residuals, strict=True)]
     )
     power, angle = power[shown] / (1.0 - taken[shown])[:, None], angle[shown]
     longest, lag = max(len(r) for r in residuals), np.arange(len(count))
@@ -270,16 +268,18 @@ def _slow_part(
 def _likeliest(power: FloatArray, form: FloatArray) -> tuple[float, float]:
     """Level b and variance v of the likeliest ``b + v form``: b follows from their ratio."""
 
-    def level(log_ratio: float) -> float:
-        return float(np.mean(power / (1.0 + np.exp(log_ratio) * form)))
+    def parts(log_ratio: float) -> tuple[float, FloatArray]:
+        shape = 1.0 + np.exp(log_ratio) * form
+        return float((power / shape).sum()) / power.size, shape
 
     def cost(log_ratio: float) -> float:
-        shape = 1.0 + np.exp(log_ratio) * form
-        return power.size * float(np.log(level(log_ratio))) + float(np.sum(np.log(shape)))
+        level, shape = parts(log_ratio)
+        return power.size * float(np.log(level)) + float(np.log(shape).sum())
 
     ends = -np.log(form.max() * power.size), np.log(power.size / form.min())
     ratio = float(optimize.minimize_scalar(cost, bounds=ends, method="bounded").x)
-    return level(ratio), level(ratio) * float(np.exp(ratio))
+    level, _ = parts(ratio)
+    return level, level * math.exp(ratio)
 
 
 def _levinson(gamma: FloatArray, samples: int) -> tuple[FloatArray, float]:

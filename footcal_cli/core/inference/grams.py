@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from footcal_cli.core.inference.kalman import standardised
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.products import (
     MOST_AT_ONCE,
@@ -218,15 +217,13 @@ def _tracked(
                 np.unique(tracking.recording)}  # fmt: skip
     few = white.shape[1] <= MOST_AT_ONCE
     grams = np.zeros((problem.blocks if few else 0, white.shape[1], white.shape[1]))
-    for i, (predicted, left, (before, after)) in enumerate(innovations(white, calibration, walk)):
+    for i, (predicted, tracked) in enumerate(innovations(white, calibration, walk)):
         block = int(problem.block[stretches[i][0]])
-        j = white[np.ix_(walk.stretches[i].rows, calibration)]
         if block not in learning and few:
-            j_left = j.T @ left
-            grams[block] += left.T @ left - j_left.T @ after @ j_left
+            grams[block] += tracked.products()
         elif block not in learning:
             # of many columns no second copy: each stretch is read once
-            white[walk.stretches[i].rows] = standardised(left, j, before)
+            white[walk.stretches[i].rows] = tracked.whitened()
         else:
             white[walk.stretches[i].rows] = 0.0
         if own is not None:

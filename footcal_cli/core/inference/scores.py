@@ -287,7 +287,10 @@ def visible_products(
     inner: Products, base: IntArray, columns: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Squares of columns, shape (k,), and products of what a base leaves of them, (k, k)."""
-    total = inner.summed(np.concatenate([base, columns]))
+    # of many columns the products among themselves are the most work, and the same for any base
+    beside = inner.part(base, np.concatenate([base, columns])).sum(axis=0)
+    fitted, across = np.split(beside, [base.size], axis=1)
+    total = np.block([[fitted, across], [across.T, inner.summed(columns)]])
     first, then = np.split(np.arange(len(total)), [base.size])
     gamma = coefficients(total, first, then)
     return np.diag(total)[then], total[np.ix_(then, then)] - gamma.T @ total[np.ix_(first, then)]

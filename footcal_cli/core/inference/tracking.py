@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.inference.kalman import correct_by_products
+from footcal_cli.core.inference.kalman import correct_by_products, standardised
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 PART_S = 2.0
@@ -233,9 +233,38 @@ def _log_likelihood(parts: Sequence[_Part], variance: FloatArray) -> FloatArray:
     return np.asarray(-0.5 * (squares - explained + np.linalg.slogdet(whole)[1].sum(axis=0)))
 
 
+@dataclass(frozen=True)
+class Tracked:
+    """A stretch of rows against what was predicted of it.
+
+    Parameters
+    ----------
+    left
+        Innovations of all columns, shape (k, n).
+    calibration, seen
+        Columns J of the calibration, shape (k, p), and ``Jᵀ left``.
+    before, after
+        Covariance of the calibration before and after the stretch, shape (p, p).
+    """
+
+    left: FloatArray
+    calibration: FloatArray
+    seen: FloatArray
+    before: FloatArray
+    after: FloatArray
+
+    def products(self) -> FloatArray:
+        """Of the whitened innovations, ``leftᵀ (1 + J P Jᵀ)⁻¹ left``, shape (n, n)."""
+        return np.asarray(self.left.T @ self.left - self.seen.T @ self.after @ self.seen)
+
+    def whitened(self) -> FloatArray:
+        """The innovations, independent with variance 1, shape (k, n)."""
+        return standardised(self.left, self.calibration, self.before)
+
+
 def innovations(
     white: FloatArray, calibration: IntArray, walk: Walk
-) -> Iterator[tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]]:
+) -> Iterator[tuple[FloatArray, Tracked]]:
     """Pass all columns through the filter, stretch by stretch.
 
     Parameters
@@ -251,10 +280,8 @@ def innovations(
     ------
     predicted
         Coefficients of the calibration in every column before the stretch was seen, shape (p, n).
-    left
-        Innovations of the stretch, shape (k, n).
-    covs
-        Covariance of the calibration before and after it, shape (p, p) each.
+    tracked
+        What of the stretch was not predicted.
     """
     p, n = calibration.size, white.shape[1]
     mean, cov = np.zeros((p, n)), np.eye(p)
@@ -266,7 +293,8 @@ def innovations(
         part = white[stretch.rows]
         j = part[:, calibration]
         left = part - j @ mean
+        seen = j.T @ left
         after = correct_by_products(cov, j.T @ j)
-        yield mean, left, (cov, after)
+        yield mean, Tracked(left, j, seen, cov, after)
         cov = after
-        mean = mean + cov @ (j.T @ left)
+        mean = mean + cov @ seen

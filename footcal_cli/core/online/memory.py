@@ -20,7 +20,6 @@ from footcal_cli.core.contact import cycle_phase, gait_cycles
 from footcal_cli.core.effects.body import heading_rad
 from footcal_cli.core.effects.transport import SMOOTHING
 from footcal_cli.core.experiments import walk
-from footcal_cli.core.filters import butterworth, filtered_both_ways
 from footcal_cli.core.log import Log
 from footcal_cli.core.online.alignment import aligned, coarse_delay_s
 from footcal_cli.core.online.belief import Belief
@@ -63,14 +62,16 @@ def within_band(rows: Rows, cutoff_hz: float) -> Rows:
     every = int(1.0 / (2.0 * _SPARE * cutoff_hz * step))
     if every < 2:
         return rows
-    sections = butterworth(_ORDER, cutoff_hz, 1.0 / step)
+    from scipy.signal import butter, sosfiltfilt
+
+    sections = butter(_ORDER, 2.0 * cutoff_hz * step, output="sos")
     totals = slice(0, rows.totals)
     valid = rows.valid.copy()
     whole: BoolArray = np.asarray(valid[:, totals].all(axis=1))
 
     def filtered(values: FloatArray) -> FloatArray:
         held = _held(values, whole)
-        return filtered_both_ways(sections, held)
+        return np.asarray(sosfiltfilt(sections, held, axis=0))
 
     h, error, stamps = rows.h.copy(), rows.error.copy(), rows.per_stamp_s
     h[:, totals], error[:, totals] = filtered(h[:, totals]), filtered(error[:, totals])

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.filters import recursion
 from footcal_cli.core.inference.descent import newton_step
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, PoseSummary, summarise
@@ -73,13 +72,15 @@ class SlowNoise:
                 break
         else:
             return out, logarithms
+        from scipy.signal import lfilter
+
         # state' = d (1 − k) state + d k x from here on
         left = columns[p + 1 :]
         total = variance + white
         gain = variance / total
         feedback = decay * (1.0 - gain)
-        later = recursion(left, (decay * gain,), (-feedback,), feedback * state[None])
-        before = np.concatenate([state[None], later[:-1]])
+        later = lfilter([decay * gain], [1.0, -feedback], left, axis=0, zi=feedback * state[None])
+        before = np.concatenate([state[None], np.asarray(later[0])[:-1]])
         out[p + 1 :] = (left - before) / np.sqrt(total)
         return out, logarithms + left.shape[0] * float(np.log(total))
 

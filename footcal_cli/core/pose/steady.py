@@ -12,7 +12,6 @@ from enum import StrEnum
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from footcal_cli.core.filters import polynomial_derivative
 from footcal_cli.core.parameters import FloatArray
 
 
@@ -73,10 +72,12 @@ def force_rate_nps(time_s: FloatArray, force_n: FloatArray, window_s: float) -> 
     window_s
         Savitzky-Golay window (second order).
     """
+    from scipy.signal import savgol_filter
+
     step = float(np.median(np.diff(time_s)))
     window = max(2 * round(window_s / step / 2) + 1, 5)
     window = min(window, len(time_s) - (len(time_s) + 1) % 2)
-    rate = polynomial_derivative(force_n, window, 2, 1, step)
+    rate = savgol_filter(force_n, window, 2, deriv=1, delta=step, axis=0)
     return np.asarray(np.linalg.norm(rate, axis=-1).max(axis=-1))
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from footcal_cli.core.effects.foot import turned
 from footcal_cli.core.effects.transport import hermite
-from footcal_cli.core.filters import recursion
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 from footcal_cli.core.simulation.noise import stream
 from footcal_cli.core.simulation.robots import Biped
@@ -169,14 +168,18 @@ def _com_path(
     ``c − c̈/ω² = p`` has the bounded solution ``c = (ω/2) ∫ exp(−ω|t − s|) p(s) ds``: one low-pass
     forward in time, one backward.
     """
+    from scipy.signal import lfilter
+
     grid = np.arange(-2.0, end_s + 2.0, _GRID_S)
     cop = _eased_path(grid, knot_s, knot_m)
     decay = np.exp(-omega * _GRID_S)
     slow = (1.0 - decay) / (omega * _GRID_S)
-    forward = (1.0 - slow, slow - decay)
+    numerator, denominator = [1.0 - slow, slow - decay], [1.0, -decay]
 
     def smoothed(signal: FloatArray) -> FloatArray:
-        return recursion(signal, forward, (-decay,), signal[:1] * (1.0 - forward[0]))
+        start = signal[0] * (1.0 - numerator[0])
+        out, _ = lfilter(numerator, denominator, signal, axis=0, zi=start[None])
+        return np.asarray(out)
 
     past, future = smoothed(cop), smoothed(cop[::-1])[::-1]
     return grid, 0.5 * (past + future), 0.5 * omega * (future - past)
