@@ -47,3 +47,10 @@ def test_a_look_alike_that_the_refit_surely_puts_behind_leads_to_the_same_cause(
     chosen = tuple(frozenset(names) for names in (["clock_drift"], ["delay"], ["imu_tilt"], []))
     nested = Nested(np.arange(4), chosen, np.zeros((4, 1)), np.zeros((4, 1)), np.zeros(4))
     assert nested.alike([cause.begun_by]).tolist() == [True, True, False, False]
+
+
+def test_a_cause_that_was_dropped_may_be_chosen_beside_the_others() -> None:
+    chosen = tuple(map(frozenset, (["a"], ["a", "b"], ["a", "c"], ["b"], ["b", "c"])))
+    nested = Nested(np.arange(5), chosen, np.zeros((5, 1)), np.zeros((5, 1)), np.zeros(5))
+    alike = nested.alike([frozenset("a")], [frozenset("b")])
+    assert alike.tolist() == [True, True, False, False, False]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.departure import of_calibration
@@ -28,7 +29,13 @@ USUAL = np.repeat([MATTERS_N, 0.1 * MATTERS_N], 3) / np.sqrt(len(LEGS))
 
 def stood(seed: int, moved: FloatArray, poses: int = 60) -> Case:
     """Poses of a robot whose offsets moved since it hung, shape (legs, 6)."""
-    chain, values = distorting("", "", {})
+    return standing(seed, *distorting("", "", {}), moved, poses)
+
+
+def standing(
+    seed: int, chain: Chain, values: dict[str, float], moved: FloatArray, poses: int = 60
+) -> Case:
+    """`stood`, of a robot with something wrong too."""
     for leg, by in zip(LEGS, moved, strict=True):
         for axis, size in zip(AXES, by, strict=True):
             values[f"{leg}.offset_{axis}"] += float(size)
@@ -70,6 +77,21 @@ def test_an_offset_that_moved_is_named_with_its_leg(seed: int) -> None:
 def test_offsets_that_move_as_usual_are_nothing_that_matters(seed: int) -> None:
     moved = 0.3 * usual(np.random.default_rng([62, seed]))
     assert investigated(stood(seed, moved)).verdict is Verdict.NONE
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_cable_that_pulls_steadily_too_is_one_cause(seed: int) -> None:
+    """Since the legs hung it pulls at one of them: an even pull is no offset of its own."""
+    pull = {"cable_fx_cos": 0.4, "cable_fz_sin": -0.5, "cable_fz_mean": 0.7}
+    moved = 0.3 * usual(np.random.default_rng([64, seed]))
+    found = investigated(standing(seed, *distorting("cable_drag", "mr", pull), moved))
+    assert found.verdict is Verdict.NAMED
+    (cable,) = found.found
+    assert (cable.cause.signature.effect, cable.cause.signature.where) == ("cable_drag", "mr")
+    intervals = dict(zip(cable.parameter_names, cable.intervals, strict=True))
+    for name, size in pull.items():
+        sd = (intervals[f"mr.{name}"].high - intervals[f"mr.{name}"].low) / 4.0
+        assert abs(intervals[f"mr.{name}"].value - size) < 3.0 * sd
 
 
 def shifted_axis(problem: Problem, leg: str, axis: str) -> Signature:
