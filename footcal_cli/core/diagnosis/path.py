@@ -121,6 +121,8 @@ def _needed_alone(subject: Subject, path: Path, seed: int) -> Path:
     after the others (`Rules.later_share`).
     """
     rules, noise = path.rounds[0].rules, path.current.law
+    if path.removed <= 0.0:
+        return path
     for i in range(len(path.causes) - 1):
         others = path.causes[:i] + path.causes[i + 1 :]
         names = {p.name for c in others for p in subject.table[c.signature.effect].parameters}
