@@ -130,10 +130,11 @@ def test_aliases_of_a_robot_find_their_experiment(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("plan", ["weigh_standing", "weigh_walking"])
 @pytest.mark.parametrize("rival", ["load_bypass", "hinge"])
-def test_a_scale_settles_a_wrong_mass_whatever_copies_it(rival: str) -> None:
+def test_a_scale_settles_a_wrong_mass_whatever_copies_it(rival: str, plan: str) -> None:
     menu = menu_for([contender("mass"), contender(rival)], TABLE, WALKER)
-    weighed = next(p for p in menu.prospects if p.plan.id == "weigh_standing")
+    weighed = next(p for p in menu.prospects if p.plan.id == plan)
     assert (weighed.left, weighed.cosine, weighed.minutes) == (0.0, 0.0, 5.0)
 
 

@@ -24,7 +24,8 @@ The plans by id, and the kind of log that `diagnose` then reads:
     ``walk_turning`` walking a circle each way (30 s); ``walk_squatting`` the same in small steps
     of 0.6 s that bob by 1 cm each, hips down by 30 % of their height and up again every 2.5 s;
     ``walk_slow_fast`` 30 s with steps of 1.2 s, then of 0.5 s; ``walk_unsmoothed`` the walk at
-    hand once more, smoothing of the body's stream switched off.
+    hand once more, smoothing of the body's stream switched off; ``weigh_walking`` the log at hand
+    again, the robot's mass from a scale.
 ``hang``
     ``hang`` hanging in two opposite pairs of orientations, legs turning slowly.
 ``pose``
@@ -32,7 +33,7 @@ The plans by id, and the kind of log that `diagnose` then reads:
     three legs in turn; ``weigh_robot`` the log at hand again, the robot's weight from a scale;
     ``hang_again`` the log at hand again, the legs' weights from another hanging.
 
-Four of them take an effect out of the question instead of making it look different: what is then
+Five of them take an effect out of the question instead of making it look different: what is then
 diagnosed, without that effect in the table, shows whether the others are still there.
 
 What no log can show (a spirit level, a scale) has no id; the table's own advice stands then.

@@ -99,6 +99,9 @@ PLANS: tuple[Plan, ...] = (
     Plan("walk_unsmoothed", _WALK, "the same walk with all smoothing of the body's stream "
          "switched off: a delay stays, a low-pass goes", 3.0, 12, robot.walk_straight,
          settles=(LAG.name,)),
+    Plan("weigh_walking", _WALK, "the robot as it walked on a scale, battery and cables included, "
+         "its weight as mass_kg in the recipe, and the same log diagnosed again: what cells get "
+         "wrong stays", 5.0, 12, robot.walk_straight, settles=(MASS.name,), anew=False),
     Plan("hang", hang.EXPERIMENT, "hanging the robot in two opposite pairs of orientations, legs "
          "turning slowly", 30.0, 40, robot.hang),
     Plan("pose_tilted", pose.EXPERIMENT, "90 poses, some on three legs, on a board tilted by up "

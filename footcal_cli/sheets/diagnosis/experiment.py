@@ -81,10 +81,11 @@ def experiment_words(record: NextExperimentRecord | None) -> str:
         return record.words + times
     now = "" if record.cosine_now is None else f"{record.cosine_now:.3f} here, "
     minutes = f", about {record.minutes:.0f} min" if record.minutes else ""
-    return (
-        f"{record.words}{times} (kind {options_of(record)}{minutes}; likeness of the rivals, 1 "
-        f"being identical: {now}{record.cosine_after:.3f} then)"
-    )
+    likeness = (
+        "" if record.without  # one of them is out of the question then, whatever they look like
+        else f"; likeness of the rivals, 1 being identical: {now}{record.cosine_after:.3f} then"
+    )  # fmt: skip
+    return f"{record.words}{times} (kind {options_of(record)}{minutes}{likeness})"
 
 
 def menu_sheets(menu: Menu | None) -> tuple[Sheet, ...]:

@@ -28,6 +28,7 @@ SETTLED: Mapping[str, tuple[str, ...]] = {
     "walk_unsmoothed": ("lag",),
     "weigh_robot": ("robot_weight",),
     "weigh_standing": ("mass",),
+    "weigh_walking": ("mass",),
     "hang_again": ("leg_weight",),
 }
 """What goes because the experimenter switched it off, or looked."""
@@ -133,7 +134,7 @@ def can_make(plan: str) -> bool:
 
 def proposed(rng: Rng, plan: str, like: World, repeats: int) -> World:
     """The clean world of a proposed experiment on the robot of another world."""
-    if plan in ("weigh_robot", "weigh_standing"):
+    if plan in ("weigh_robot", "weigh_standing", "weigh_walking"):
         mass = like.robot["mass_kg"] + rng.normal(0.0, SCALE_N) / GRAVITY_MPS2
         return replace(like, robot={**like.robot, "mass_kg": mass})
     if plan == "hang_again":
