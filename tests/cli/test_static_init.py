@@ -161,8 +161,10 @@ def test_scales_are_as_unsure_as_the_mass_that_the_robot_is_said_to_have(
         scales = [found[f"{c}.scale"] for c in CHANNELS]
         sd[how] = [(scale.sd or 0.0) / scale.value for scale in scales]
     shared = [(a**2 - b**2) ** 0.5 for a, b in zip(sd["not said"], sd["weighed"], strict=True)]
+    # the mass is stated to 1 %: no scale takes more of its error, and zeros, which the robot in the
+    # air leaves little of it, take a part that differs from cell to cell
     assert all(0.002 < s < 0.01 for s in shared)
-    assert max(shared) == pytest.approx(min(shared), rel=1e-6)
+    assert max(shared) == pytest.approx(min(shared), rel=0.1)
 
 
 @pytest.mark.parametrize("command", ["static-init", "online-replay", "pose-calib", "apply"])
