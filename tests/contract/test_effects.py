@@ -106,6 +106,22 @@ def test_remove_undoes_apply(effect: Effect, seed: int) -> None:
     assert difference(log, restored) <= effect.tolerance
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, -0.4, 0.8])
+@pytest.mark.parametrize(
+    "effect", [e for e in TABLE.values() if e.other_form], ids=lambda e: e.name
+)
+def test_another_form_is_undone_too(effect: Effect, share: float) -> None:
+    assert effect.other_form is not None
+    apply, remove = effect.other_form
+    log = log_for(effect)
+    usual = typical(effect, units(effect, log))
+    theta = {**usual, effect.size.name: np.full_like(usual[effect.size.name], share)}
+    distorted, _ = apply(log, theta, None)
+    assert (difference(log, distorted) > 1e-6) == bool(share)
+    restored, _ = remove(distorted, theta, None)
+    assert difference(log, restored) <= effect.tolerance
+
+
 @every_effect
 def test_remove_of_what_has_no_inverse_is_no_worse_than_leaving_it(effect: Effect) -> None:
     log = log_for(effect)

@@ -98,6 +98,33 @@ def test_four_loads_do_not_tell_a_soft_dead_zone_from_a_smooth_curve(
     assert with_rivals(found) >= {"dead_zone", "hinge", "nonlinearity"}
 
 
+def ending(seed: int, share: float, width_n: float, *, sharp: bool) -> Case:
+    """Cells on which loads push and pull, deaf to small ones up to an edge or without one."""
+    plan = WeightsPlan(loads_n=(-20.0, -10.0, -5.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0))
+    values = {"all.dead_zone": share, "all.dead_zone_width": width_n}
+    effect = ("dead_zone", {"all": ROBOT.channels}, values) if sharp else None
+    case = weights_case(seed, effect, plan=plan)
+    if sharp:
+        return case
+    logs = []
+    for log in case.logs:
+        scale = np.array([case.values[f"{c}.scale"] for c in log.channels])
+        zero = np.array([case.values[f"{c}.bias"] for c in log.channels])
+        force = log.readings * scale + zero
+        force += share * width_n * np.sign(force) * np.expm1(-np.abs(force) / width_n)
+        logs.append(log.with_readings((force - zero) / scale))
+    return replace(case, logs=tuple(logs))
+
+
+@pytest.mark.parametrize(("width_n", "sharp"), [(6.0, True), (1.5, False)])
+def test_a_dead_zone_is_sure_where_loads_show_its_edge(width_n: float, sharp: bool) -> None:
+    """``1 − exp(−|F| / 1.5 N)`` has ended below the lightest loads; no polynomial follows it."""
+    found = investigate(ending(13, 0.05 * 6.0 / width_n, width_n, sharp=sharp), CURVES, describe)
+    alike = with_rivals(found)
+    assert "dead_zone" in alike
+    assert ("nonlinearity" in alike) is not sharp
+
+
 def nearest(curve: FloatArray, terms: Sequence[FloatArray], load: FloatArray) -> float:
     """Share of a curve's square beside scale and bias that the best sum of terms leaves."""
     line = np.stack([np.ones_like(load), load], 1)

@@ -12,7 +12,7 @@ from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.bends import open_curves
 from footcal_cli.core.diagnosis.change_points import onset_moved
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
-from footcal_cli.core.diagnosis.field import field_of, white_loss
+from footcal_cli.core.diagnosis.field import field_of, white_loss, without_its_edge
 from footcal_cli.core.diagnosis.memories import surer
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.rivals import (
@@ -145,12 +145,14 @@ def decided(
                  if Trait.ALL_ALIKE in subject.table[t.cause.signature.effect].traits}  # fmt: skip
     # of two that are so much alike none leaves a good part of what the other one explains
     same -= {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
+    smooth = without_its_edge(subject, causes, model, best, noise, signs, rules, gain)
+    same |= {s.effect for s in smooth}
     worse -= same
     late = onset_moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
     rivals += [s for s, _ in near.values()]
-    rivals += mirrored
+    rivals += mirrored + smooth
     by_effect = {s.effect: s for s in rivals if s.effect not in worse | taken}
     compared = {
         other.cause.signature.effect: Compared(excess_of(other.loss, loss), other.p, best.p)

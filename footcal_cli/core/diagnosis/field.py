@@ -10,7 +10,13 @@ from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.contenders import Contender, fit, refitted
-from footcal_cli.core.diagnosis.rivals import Tried, left_of, said_alike
+from footcal_cli.core.diagnosis.rivals import (
+    SMOOTH,
+    Tried,
+    left_of,
+    said_alike,
+    share_for_form,
+)
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import Effect, GridOf, Trait
@@ -177,3 +183,34 @@ def _family(
     kin += [a.signature for a in about]
     effects, where = {s.effect for s in kin}, {s.where for s in kin}
     return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]
+
+
+def without_its_edge(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    best: Tried,
+    noise: Noise,
+    signs: FloatArray,
+    rules: Rules,
+    gain: float,
+) -> list[Signature]:
+    """Smooth curves in the place of a knee that surely explains no more than without its edge.
+
+    The polynomials of the table follow no curve that ends below the lightest loads; what they miss
+    there is no evidence of a knee.
+    """
+    effect = subject.table[best.cause.signature.effect]
+    if effect.other_form is None:
+        return []
+    apply, remove = effect.other_form
+    soft = replace(effect, apply=apply, remove=remove)
+    other = replace(subject, table={**subject.table, effect.name: soft})
+    _, fitted, bare = fit(other, causes, model, best.cause)
+    lost = white_loss(other.without_credit(bare, fitted), noise) - best.loss
+    sure = sign_flip_mean(lost, signs) < rules.alpha_rival
+    if sure and float(lost.sum()) > share_for_form(best, rules.other_form, rules) * gain:
+        return []
+    where = best.cause.signature.where
+    curves = [s for s in subject.problem.signatures if s.effect in SMOOTH and s.where == where]
+    return list({s.effect: s for s in curves}.values())

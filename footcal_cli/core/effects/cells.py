@@ -31,6 +31,8 @@ from footcal_cli.core.parameters import FloatArray
 TEMPERATURE_REFERENCE_DEGC = 25.0
 """Temperature at which scale and bias are stated."""
 
+_NEWTON_STEPS = 8
+
 
 def _bend(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
     return x + theta["quadratic"] * x**2, state
@@ -71,6 +73,22 @@ def _undeaden(y: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[Flo
     kept, width = 1.0 - theta["dead_zone"], theta["dead_zone_width"]
     lost = np.sign(y) * theta["dead_zone"] * width
     return np.where(np.abs(y) <= kept * width, y / kept, y + lost), state
+
+
+def _soften(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    """``y = x − s w (1 − exp(−|x|/w)) sgn x``: a dead zone that ends smoothly."""
+    width = theta["dead_zone_width"]
+    return x + theta["dead_zone"] * width * np.sign(x) * np.expm1(-np.abs(x) / width), state
+
+
+def _unsoften(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
+    """By Newton's method from the sharp inverse, beyond the root of a curve that bends one way."""
+    share, width = theta["dead_zone"], theta["dead_zone_width"]
+    x, _ = _undeaden(y, log, theta, state)
+    for _ in range(_NEWTON_STEPS):
+        shown, _ = _soften(x, log, theta, state)
+        x = x - (shown - y) / (1.0 - share * np.exp(-np.abs(x) / width))
+    return x, state
 
 
 def _hinge(x: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[FloatArray, State]:
@@ -217,6 +235,7 @@ DEAD_ZONE = Effect(
     ),
     apply=on_readings(_deaden),
     remove=on_readings(_undeaden),
+    other_form=(on_readings(_soften), on_readings(_unsoften)),
     experiments=EXPERIMENT_NAMES,
     formula="y = x − s · clip(x, −w, w)",
     source="seats with play, force-sensing resistors near zero load",

@@ -217,6 +217,9 @@ class Effect:
         parameter's own value where absent.
     stated_as
         What it is called.
+    other_form
+        The same effect as a smooth curve, to apply and to remove: where that explains as much, no
+        knee is sure.
     traits
         What it is, for whoever treats such effects alike.
     unseen_walking
@@ -260,6 +263,7 @@ class Effect:
     stated_as: str = ""
     most: Callable[[Mapping[str, float]], float] | None = None
     form_error: float = 0.0
+    other_form: tuple[Transform, Transform] | None = None
     traits: tuple[Trait, ...] = ()
     unseen_walking: str = ""
 
