@@ -98,9 +98,4 @@ def _needed(
     kept = [c for c in causes if is_something(c, subject.table[c.signature.effect], fitted)]
     if len(kept) == len(causes) or not kept:
         return kept, fitted
-    names = {p.name for c in kept for p in subject.table[c.signature.effect].parameters}
-    start = {
-        n: v for n, v in fitted.values.items()
-        if n not in subject.case.values and n.rsplit(".", 1)[1] in names
-    }  # fmt: skip
-    return kept, subject.refitted(kept, start)
+    return kept, subject.refitted_from(kept, fitted)

@@ -121,16 +121,11 @@ def _needed_alone(subject: Subject, path: Path, seed: int) -> Path:
     after the others (`Rules.later_share`).
     """
     rules, noise = path.rounds[0].rules, path.current.law
-    if path.removed <= 0.0:
+    if path.model is None or path.removed <= 0.0:
         return path
     for i in range(len(path.causes) - 1):
         others = path.causes[:i] + path.causes[i + 1 :]
-        names = {p.name for c in others for p in subject.table[c.signature.effect].parameters}
-        start = {
-            n: v for n, v in path.model.values.items()
-            if n not in subject.case.values and n.rsplit(".", 1)[1] in names
-        } if path.model else {}  # fmt: skip
-        model = subject.refitted(others, start)
+        model = subject.refitted_from(others, path.model)
         before, after = losses(subject.problem, [subject.bare(model, others)], noise)
         if before - after > (1.0 - rules.later_share) * path.removed:
             answers = path.answers[:i] + path.answers[i + 1 :]

@@ -74,6 +74,15 @@ class Subject:
             self._refits[key] = self._refitted(causes, start)
         return self._refits[key]
 
+    def refitted_from(self, causes: Sequence[Cause], fitted: Refit) -> Refit:
+        """The model with some of the causes of another one, from the values they have there."""
+        names = {p.name for c in causes for p in self.table[c.signature.effect].parameters}
+        start = {
+            n: v for n, v in fitted.values.items()
+            if n not in self.case.values and n.rsplit(".", 1)[1] in names
+        }  # fmt: skip
+        return self.refitted(causes, start)
+
     def _refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
         problem = self.problem.without_usual({effect.name for effect, _ in accepted})

@@ -256,7 +256,7 @@ CABLE_DRAG = Effect(
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
-        EffectParameter(f"cable_{axis}_{part}", "N", 0.0, -20.0, 20.0, usual, beside=usual > 0.3)
+        EffectParameter(f"cable_{axis}_{part}", "N", 0.0, -20.0, 20.0, usual, beside=part == "mean")
         for axis in AXES[:3]
         for part, usual in (("sin", 0.3), ("cos", 0.3), ("mean", 1.0))
     ),
