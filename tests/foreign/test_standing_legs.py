@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from footcal_cli.core.pose.hanging import leg_knowledge
 from footcal_cli.core.pose.joint import PoseFit, directions_agree
 from footcal_cli.core.pose.problem import PoseOptions
 from footcal_cli.core.pose.slow_noise import SlowNoise, fit_pose_slowly
+from footcal_cli.core.pose.study import study_mounting
 from tests.foreign import draw_hexapod, poses
 from tests.foreign.biped import GRAVITY_MPS2
 from tests.foreign.legs import AXES, LEGS
@@ -49,8 +51,11 @@ def fitted(
     data = posed(seed, too_heavy_n, slow_share)
     noise = np.tile([0.05] * 3 + [0.003] * 3, (6, 1))
     fit, _ = fit_pose_slowly(data, legs, noise, _USUAL)
+    without, _ = fit_pose_slowly(
+        data, tuple(leg.without_directions() for leg in legs), noise, _USUAL
+    )
     found = disagreements(fit, legs, data.robot_weight_n)
-    return fit, {one.name: one for one in found}, directions_agree(fit, legs)
+    return fit, {one.name: one for one in found}, directions_agree(fit, without, legs)[1]
 
 
 def mounting_errors(fit: PoseFit, seed: int) -> tuple[Array, Array]:
@@ -98,6 +103,31 @@ def test_noise_that_lasts_from_pose_to_pose_widens_what_it_blurs() -> None:
     # the mean of 120 errors: 0.7 / 120 + 0.3 / 120 (1 + e^-⅛)/(1 − e^-⅛) against 1 / 120
     wider = np.sqrt(np.diag(lasting.covariance)[-1] / np.diag(fresh.covariance)[-1])
     assert 1.2 < wider < 2.5
+
+
+def test_legs_that_hung_one_by_one_do_not_bend_the_mounting() -> None:
+    """Each leg hung 0.3° off: the joint fit would blame the noise of the poses, and be 15 sd off."""
+    seed, rng = 32, np.random.default_rng(5)
+    legs = tuple(leg_knowledge(fit) for fit in fits_of(seed, 20.0).values())
+    tilts = Rotation.from_rotvec(rng.normal(0.0, 0.005, (len(legs), 3))).as_matrix()
+    apart = tuple(
+        replace(leg, gravity_dir_t=leg.gravity_dir_t @ tilt.T)
+        for leg, tilt in zip(legs, tilts, strict=True)
+    )
+    data = replace(posed(seed, slow_share=0.0), block=np.arange(120) // 10)
+    noise = np.tile([0.05] * 3 + [0.003] * 3, (6, 1))
+    together, study = (
+        study_mounting(
+            data, some, noise, _USUAL,
+            structure="auto", translation_sd_m=0.005, directions="auto", folds=2,
+        )
+        for some in (legs, apart)
+    )  # fmt: skip
+    assert together.dropped is None
+    assert study.dropped is not None
+    for found in (together, study):
+        error, sd = mounting_errors(found.fit, seed)
+        assert np.sqrt(np.mean((error / sd) ** 2)) < 2.0
 
 
 @pytest.mark.slow

@@ -219,13 +219,29 @@ def _aligned(problem: PoseCost, summary: PoseSummary, options: PoseOptions) -> M
     return replace(begin, turn_b=turn, hang_dir_b=direction)
 
 
-def directions_agree(fit: PoseFit, legs: tuple[LegKnowledge, ...]) -> bool:
-    """Whether the legs' directions of gravity fit one rigid robot that hung in each log.
+def directions_agree(
+    fit: PoseFit, without: PoseFit, legs: tuple[LegKnowledge, ...]
+) -> tuple[float, bool]:
+    """Whether gravity's directions from hanging are those of one rigid robot that stood so.
 
-    The hanging residual against its degrees of freedom: two per leg and log, minus two per log
-    (the robot's attitude) and three per leg but one (relative mounting).
+    They cost ``χ²_hang + 2 ln L(without) − 2 ln L(with)``, L the likelihood of the poses: where the
+    level of the noise is estimated, directions that contradict the poses raise it instead of χ².
+    That is for two equations per leg and log, less the robot's attitude in each log.
+
+    Parameters
+    ----------
+    fit, without
+        Of the same poses, with the directions and without.
+
+    Returns
+    -------
+    misfit, agree
+        What they cost, χ², and whether that is little.
     """
-    felt = sum(2 * leg.gravity_dir_t.shape[0] for leg in legs)
-    attitudes = 2 * fit.mounting.hang_dir_b.shape[0]
-    freedom = felt - attitudes - 3 * (len(legs) - 1)
-    return bool(freedom <= 0 or fit.chi2_hang < freedom * _DISAGREEING)
+    freedom = sum(2 * leg.gravity_dir_t.shape[0] for leg in legs)
+    freedom -= 2 * fit.mounting.hang_dir_b.shape[0]
+    dearer = fit.chi2_poses - without.chi2_poses
+    if not fit.options.noise_known:
+        dearer = 2.0 * fit.left * float(np.log(fit.noise_factor / without.noise_factor))
+    misfit = fit.chi2_hang + dearer
+    return misfit, freedom <= 0 or misfit < freedom * _DISAGREEING

@@ -50,8 +50,8 @@ class MountingStudy:
         Whether the poses contradict the weight only because offsets moved since hanging, and no
         leg is wrong beyond that.
     dropped
-        The fit in which the hanging directions of the legs contradict each other; None where they
-        agree, or were not asked.
+        χ² of hanging directions that contradict each other or the poses, see `directions_agree`;
+        None where they agree, or were not asked.
     """
 
     data: PoseData
@@ -63,7 +63,7 @@ class MountingStudy:
     mapped: LegMap
     refuted: tuple[Disagreement, ...]
     moved: bool
-    dropped: PoseFit | None
+    dropped: float | None
 
 
 def study_mounting(
@@ -153,15 +153,16 @@ def _with_weight(
 def _with_directions(
     data: PoseData, legs: tuple[LegKnowledge, ...], noise_sd: FloatArray, free: PoseOptions,
     directions: str,
-) -> tuple[tuple[LegKnowledge, ...], PoseFit | None]:  # fmt: skip
-    """Hanging directions kept where they agree with each other; else the fit that shows it."""
+) -> tuple[tuple[LegKnowledge, ...], float | None]:  # fmt: skip
+    """Hanging directions kept where they agree with the poses too; else their misfit."""
     if directions == "use" or not any(leg.gravity_dir_t.size for leg in legs):
         return legs, None
     without = tuple(leg.without_directions() for leg in legs)
     if directions == "ignore":
         return without, None
-    fit = fit_pose(summarise(data), legs, noise_sd, free)
-    return (legs, None) if directions_agree(fit, legs) else (without, fit)
+    fit, freed = (fit_pose(summarise(data), some, noise_sd, free) for some in (legs, without))
+    misfit, agree = directions_agree(fit, freed, legs)
+    return (legs, None) if agree else (without, misfit)
 
 
 def refit_offsets(

@@ -123,12 +123,12 @@ def departure_findings(found: Sequence[Disagreement]) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def disagreeing_directions(fit: PoseFit) -> Finding:
-    """The hanging logs of different legs do not belong to one rigid robot."""
+def disagreeing_directions(misfit: float) -> Finding:
+    """The hanging logs of different legs do not belong to one rigid robot that then stood so."""
     return Finding(
         "hang_directions_disagree", "warning", "hanging logs",
-        "the legs' directions of gravity do not fit one rigid robot (χ² "
-        f"{fit.chi2_hang:.0f}); they are not used for the mounting",
+        "the legs' directions of gravity do not fit one rigid robot in these poses (χ² "
+        f"{misfit:.0f}); they are not used for the mounting",
         "hang the whole robot at once for all legs, or check the transducers' axes "
         "(orientation_of in hang-calib)",
     )  # fmt: skip
