@@ -106,7 +106,7 @@ def test_noise_that_lasts_from_pose_to_pose_widens_what_it_blurs() -> None:
 
 
 def test_legs_that_hung_one_by_one_do_not_bend_the_mounting() -> None:
-    """Each leg hung 0.3° off: the joint fit would blame the noise of the poses, and be 15 sd off."""
+    """Each leg hung 0.3° off: the joint fit blamed the noise of the poses, and was 15 sd off."""
     seed, rng = 32, np.random.default_rng(5)
     legs = tuple(leg_knowledge(fit) for fit in fits_of(seed, 20.0).values())
     tilts = Rotation.from_rotvec(rng.normal(0.0, 0.005, (len(legs), 3))).as_matrix()

@@ -59,8 +59,10 @@ def times_floor(case: Case, problem: Problem) -> float:
         means_of(left**2, sensor) / np.maximum(means_of(noise + allowed, sensor), 1e-300)
     )
     if problem.pieces:
-        times = np.maximum(times, _times_of_stances(problem) * MOST / _MOST_OF_LEVELS)
+        times = np.maximum(times, _times_of_stances(case, problem))
     if problem.settings is not None:
+        free = int(problem.settings.number.max())
+        times = times / np.sqrt(_usual_excess(times**2, free))
         _, level = np.unique(np.stack([sensor, problem.block]), axis=1, return_inverse=True)
         at = level.ravel()
         mean, count = means_of(left, at), np.bincount(at)
@@ -68,13 +70,13 @@ def times_floor(case: Case, problem: Problem) -> float:
         whose = np.zeros(count.size, dtype=np.int64)
         whose[at] = sensor
         over = means_of(mean**2, whose) / np.maximum(means_of(floor, whose), 1e-300)
-        levels = np.sqrt(over / _usual_excess(over, problem.settings.number.max()))
+        levels = np.sqrt(over / _usual_excess(over, free))
         times = np.maximum(times, levels * MOST / _MOST_OF_LEVELS)
     return float(times.max(initial=0.0))
 
 
 def _usual_excess(over: FloatArray, free: int) -> float:
-    """What the levels of any sensor may vary by, as all of them do, in units of their floor.
+    """What rows or levels of any sensor may vary by, as all of them do, in units of their floor.
 
     Noise with a long memory, and zeros that move with every hanging, are in all sensors alike;
     of a few levels each, the largest of many sensors is far above their median.
@@ -82,7 +84,7 @@ def _usual_excess(over: FloatArray, free: int) -> float:
     Parameters
     ----------
     over
-        Mean square of the levels of each sensor over its floor, shape (sensors,).
+        Mean square of the rows, or the levels, of each sensor over its floor, shape (sensors,).
     free
         Number of settings without one: so many levels of a sensor are their own.
     """
@@ -106,13 +108,16 @@ def _sd_of_most(problem: Problem) -> FloatArray:
     return found
 
 
-def _times_of_stances(problem: Problem) -> float:
+def _times_of_stances(case: Case, problem: Problem) -> float:
     """RMS of a force from stance to stance over what tolerance and scatter within one allow.
 
     Of what the best calibration leaves. A robot weighs the same however it stands; moments are left
-    out: where its CoM is believed is off by another amount in every stance.
+    out: where its CoM is believed is off by another amount in every stance. What does not repeat
+    from load to load is usually as large as the noise of single readings, and is their noise: a
+    level is large that is large against both.
     """
     times, left = [0.0], problem.left_of(problem.residual)
+    single = case.reading_noise_n**2 * max(len(log.channels) for log in case.logs)
     for o in (i for i, unit in enumerate(problem.units) if unit == "N"):
         mine = problem.output == o
         count = np.bincount(problem.block[mine], minlength=problem.blocks)
@@ -128,7 +133,10 @@ def _times_of_stances(problem: Problem) -> float:
         unit = float(np.mean(problem.noise[mine]))
         floor = within / np.maximum(count, 1) + (problem.tolerance[o] / unit) ** 2
         shown = count > 0
-        times.append(float(np.sqrt(np.mean(mean[shown] ** 2) / np.mean(floor[shown]))))
+        level = np.sqrt(np.mean(mean[shown] ** 2))
+        readings = level * unit / max(np.sqrt(single + problem.tolerance[o] ** 2), 1e-300)
+        levels = level / np.sqrt(np.mean(floor[shown])) * MOST / _MOST_OF_LEVELS
+        times.append(float(min(levels, readings)))
     return max(times)
 
 
