@@ -19,6 +19,7 @@ from tests.blind.abroad_ankles import ON_ANKLES
 from tests.blind.abroad_fleet_legs import ON_FLEET
 from tests.blind.abroad_legs import ON_LEGS, Hide, heavier, with_log
 from tests.blind.abroad_streams import averaged, lateness
+from tests.blind.classes import CREEP, CURVES, LATE, LEVEL, SLOW, SUM
 from tests.blind.world import Array, Rng
 from tests.foreign import (
     CELLS,
@@ -35,13 +36,6 @@ from tests.foreign import (
 FEET = ("left", "right")
 CHANNELS = tuple(f"{foot}_{cell}" for foot in FEET for cell in CELLS)
 FEET_OF = [[0, 1, 2, 3], [4, 5, 6, 7]]
-LEVEL = ("com_offset", "accel_bias", "imu_tilt", "floor_slope", "cell_position")
-CURVES = ("nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone")
-CREEP = ("creep", "creep_slow")
-LATE = ("delay", "lag")
-SLOW = (*LATE, "sensor_lag")
-"""Streams apart in time, whichever of them it is and by what filter."""
-SUM = ("wrong_weight", "load_bypass")
 ACC, COM = "com_acc_{}_mps2", "com_{}_m"
 WIRING = ("plugs", "dead cell", "dead axis", "half turn", "mirrored", "loose contact")
 SECONDS = 45.0

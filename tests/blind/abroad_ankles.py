@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tests.blind.abroad_legs import FLIPS, Hide, heavier, with_log
+from tests.blind.abroad_legs import Hide, heavier, with_log
 from tests.blind.abroad_streams import averaged, lateness
+from tests.blind.classes import FLIPS
 from tests.blind.world import Array, Rng
 from tests.foreign import Recorded, stand, walk
 from tests.foreign.ankles import AXES, UNITS

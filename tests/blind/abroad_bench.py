@@ -14,23 +14,21 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from scipy import stats
 
-from tests.blind.abroad import CREEP, CURVES, LEVEL, SLOW, SUM, Abroad, make
 from tests.blind.abroad import TRIALS as OF_USUAL
+from tests.blind.abroad import Abroad, make
 from tests.blind.abroad_fleet import fleet_trials, mixed
-from tests.blind.abroad_legs import FLIPS
+from tests.blind.classes import classes_of
 from tests.blind.diagnosing import FINE, footcal
 from tests.blind.scoring import Verdict
 
 TRIALS: Mapping[str, Abroad] = {**OF_USUAL, **fleet_trials()}
 """By name; those of the fleet run where their names are asked for."""
-CLASSES = tuple(frozenset(c) for c in (CURVES, LEVEL, CREEP, SLOW, SUM, FLIPS))
-"""Causes that one remedy serves."""
 ANSWERS = (
     "right", "set", "wrong set", "unknown", "none", "underpowered", "bad-data", "WRONG", "error",
 )  # fmt: skip
@@ -158,11 +156,6 @@ def run(arguments: list[str] | None = None) -> None:
             )
             sys.stdout.flush()
     sys.stdout.write(counted(kept))
-
-
-def classes_of(names: Iterable[str]) -> int:
-    """Number of causes among names, those that one remedy serves counted as one."""
-    return len({next((c for c in CLASSES if name in c), frozenset([name])) for name in names})
 
 
 def named_sets(trial: Abroad, record: Mapping[str, Any]) -> list[tuple[bool, int]]:

@@ -16,12 +16,7 @@ from tests.blind import foreign
 from tests.blind.abroad import (
     ACC,
     COM,
-    CREEP,
-    CURVES,
-    LATE,
-    LEVEL,
     SECONDS,
-    SUM,
     WIRING,
     Abroad,
     _clock,
@@ -32,6 +27,7 @@ from tests.blind.abroad import (
 )
 from tests.blind.abroad_legs import Hide, heavier, with_log
 from tests.blind.abroad_streams import averaged, lateness
+from tests.blind.classes import CREEP, CURVES, LATE, LEVEL, SUM
 from tests.blind.world import Array, Rng
 from tests.foreign import Distort, Recorded, joined, placements, stand, walk, weights
 from tests.foreign.biped import draw_biped

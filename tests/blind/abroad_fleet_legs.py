@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from tests.blind.abroad_legs import FLIPS, Hide, heavier, with_log
+from tests.blind.abroad_legs import Hide, heavier, with_log
+from tests.blind.classes import FLIPS
 from tests.blind.world import Rng
 from tests.foreign import Recorded, draw_hexapod, hang, joined, poses
 from tests.foreign.kinds import DRAW, kind_of

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from tests.blind.classes import FLIPS
 from tests.blind.world import Rng
 from tests.foreign import Recorded, hang, joined, poses
 
 Hide = Callable[[int, Rng], Recorded]
-FLIPS = ("axis_flip", "mount_rotation", "sign_flip")
 
 
 def with_log(recorded: Recorded, role: str, table: pd.DataFrame) -> Recorded:

@@ -119,6 +119,7 @@ def _both_rivals(s: Score) -> bool:
 
 
 EXACT = {0.3: 0.60, 0.5: 0.85, 1.0: 0.95}
+CLASS = {0.3: 0.60, 0.5: 0.75, 1.0: 0.88}
 RIGHT = {0.3: 0.75, 0.5: 0.92, 1.0: 0.98}
 
 DEMANDS: tuple[Demand, ...] = (
@@ -128,6 +129,10 @@ DEMANDS: tuple[Demand, ...] = (
         Demand(f"single, ρ {rho:g}", "exact name", _single(rho), lambda s: s.exact, bound,
                reach="exact")
         for rho, bound in EXACT.items()
+    ),
+    *(
+        Demand(f"single, ρ {rho:g}", "exact class", _single(rho), lambda s: s.of_one_class, bound)
+        for rho, bound in CLASS.items()
     ),
     *(
         Demand(f"single, ρ {rho:g}", "right answer", _one(rho), lambda s: s.right, bound,
@@ -144,6 +149,8 @@ DEMANDS: tuple[Demand, ...] = (
            lambda s: s.gain_covered is not None, lambda s: bool(s.gain_covered), 0.90),
     Demand("two effects, ρ 0.6", "both named", _kind("pair"), lambda s: s.exact, 0.75,
            reach="exact"),
+    Demand("two effects, ρ 0.6", "both classes named", _kind("pair"), lambda s: s.of_one_class,
+           0.65),
     Demand("two effects, ρ 0.6", "right answer", _kind("pair"), lambda s: s.right, 0.90,
            reach="right"),
     Demand("two effects, ρ 0.6", "wrong extra name", _kind("pair"), lambda s: s.wrong, 0.02,

@@ -28,6 +28,8 @@ opened after. `make blind` repeats it. This page is generated.
 READING = """**ρ** is the RMS of what an effect leaves after the calibration has been refitted (in a
 drifting walk: followed), over the RMS of the noise, on the outputs that it touches; measured by the
 bench's own projection, not by footcal's. *Exact*: every hidden effect named and nothing else.
+*Exact class*: as exact, but rivals that one remedy serves count as one name (curves of a cell's own
+load; level and lever of the body; creep; times of streams; what changes the sum; turned axes).
 *Right answer*: a rival set that holds it counts too. *Designed alias*: no data of that experiment
 distinguishes it from another cause (|cos| > 0.95 by the same projection). Brackets are 95 %
 intervals (Wilson); upper bounds are one-sided 95 % (Clopper–Pearson). Columns of experiments:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from tests.blind.classes import CURVES
 from tests.blind.hidden import Injection, hidden_in, switches_in
 
 Kind = Literal[
@@ -24,8 +25,6 @@ ALIAS_RHO = (0.5, 1.0)
 UNSEEN_RHO = (0.6, 1.0)
 PAIR_RHO = 0.6
 SMALL_RHO = 0.05
-CURVES = ("nonlinearity", "nonlinearity_cubic", "saturation", "hinge", "dead_zone")
-"""Names of one curve, more or less well described."""
 COUNTS: Mapping[Kind, int] = {
     "single": 30, "alias": 12, "switch": 8, "pair": 30, "unseen": 12, "left_out": 15,
     "small": 10, "underpowered": 8, "untestable": 10,

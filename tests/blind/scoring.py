@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from tests.blind.classes import classes_of
 from tests.blind.world import Array
 
 NAMING = ("named", "named+unknown")
@@ -145,6 +146,12 @@ class Score:
         """The column of a trial: its experiment, drifting walks apart."""
         drifting = self.truth["experiment"] == "walk" and self.truth.get("drift")
         return "walk, drifting" if drifting else str(self.truth["experiment"])
+
+    @property
+    def of_one_class(self) -> bool:
+        """Every hidden effect is named, alone or by rivals that one remedy serves."""
+        alone = self.right and self.alarm and all(classes_of(g) == 1 for g in self.verdict.rivals)
+        return self.exact or alone
 
     @property
     def row(self) -> str:

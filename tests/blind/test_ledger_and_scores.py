@@ -141,6 +141,19 @@ def test_scores_of_verdicts_made_by_hand(
     assert (score.exact, score.right, score.wrong) == (exact, right, wrong)
 
 
+def test_rivals_that_one_remedy_serves_are_one_class() -> None:
+    curves, mixed = ("hinge", "nonlinearity"), ("nonlinearity", "hysteresis")
+    one = _truth("single", "nonlinearity")
+    assert judge(one, _said("named", "nonlinearity")).of_one_class
+    assert judge(one, _said("ambiguous", rivals=(curves,))).of_one_class
+    assert not judge(one, _said("ambiguous", rivals=(mixed,))).of_one_class
+    assert not judge(one, _said("ambiguous", rivals=(("hinge", "dead_zone"),))).of_one_class
+    assert not judge(one, _said("unknown")).of_one_class
+    two = _truth("pair", "nonlinearity", "crosstalk")
+    assert judge(two, _said("ambiguous", "crosstalk", rivals=(curves,))).of_one_class
+    assert not judge(two, _said("ambiguous", rivals=(curves,))).of_one_class
+
+
 def test_a_mass_in_a_walk_must_be_called_not_testable() -> None:
     truth = _truth("untestable", "mass")
     rows = {"not_testable": True, "absent": False}
