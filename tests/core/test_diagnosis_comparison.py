@@ -162,6 +162,13 @@ def test_of_a_kind_the_one_that_leaves_nothing_is_best() -> None:
     assert best_of(TABLE, [least, tried("creep", 1.0, 0.4)], SIGNS, Rules()) is least
 
 
+def test_a_low_pass_that_is_undone_hides_what_it_leaves_in_louder_noise() -> None:
+    delay = tried("delay", 1.0, 1e-4)
+    assert best_of(TABLE, [delay, tried("lag", 1.05, 0.4)], SIGNS, Rules()) is delay
+    lag = tried("lag", 0.95, 1e-4)
+    assert best_of(TABLE, [delay, lag], SIGNS, Rules()) is lag
+
+
 def test_what_surely_leaves_twice_as_much_is_not_whole() -> None:
     """Beside the best with 0.9, 2.0 surely leaves as much again, and is no answer."""
     least, much = tried("hinge", 0.9, 1e-4), tried("nonlinearity", 2.0, 0.4)

@@ -143,3 +143,8 @@ def test_two_causes_in_the_same_cells_may_be_the_form_of_one() -> None:
     assert in_other_cells(TABLE, [loop, cause("delay", "robot")])
     # what a cell hears of others is no form of a loop of its own load
     assert in_other_cells(TABLE, [loop, cause("crosstalk", "left_fl")])
+    # a curve of further cells is no form of the loop that was found before it
+    further = cause("nonlinearity", "left_fl", "left_fr", "right_fr")
+    assert in_other_cells(TABLE, [loop, further], at_once=False)
+    assert not in_other_cells(TABLE, [further, loop], at_once=False)
+    assert not in_other_cells(TABLE, [loop, further])

@@ -63,6 +63,19 @@ def test_noise_under_load_is_measured_where_readings_move() -> None:
     assert found == pytest.approx(float(low_pass(noise, RATE_HZ).std()), rel=0.15)
 
 
+def test_loads_of_a_quick_gait_are_no_noise_of_readings() -> None:
+    """Half a second per step: double support passes the load in 0.15 s, above the cut-off too."""
+    rng = np.random.default_rng(4)
+    time_s = np.arange(6000) / RATE_HZ
+    load = 10.0 * np.clip(5.0 * np.abs(2.0 * (time_s % 1.0) - 1.0) - 2.0, 0.0, 1.0)
+    # as far as a foot's own spring and damper round it
+    load = np.convolve(load, np.hanning(9) / np.hanning(9).sum(), mode="same")[:, None]
+    for sd in (0.02, 0.2):
+        noise = rng.normal(0.0, sd, (time_s.size, 1))
+        found = noise_of_smoothed(load + noise, low_pass(load + noise, RATE_HZ), RATE_HZ)[0]
+        assert found == pytest.approx(float(low_pass(noise, RATE_HZ).std()), rel=0.25)
+
+
 def test_readings_that_stand_still_at_rest_are_not_free_of_noise() -> None:
     """A total with noise 2 of four cells with noise 1 each; a coarse cell at rest shows none."""
     rng = np.random.default_rng(3)

@@ -216,6 +216,45 @@ def test_readings_without_noise_are_the_same_on_the_judged_rows_alone() -> None:
     assert len(all_rows.logs[0]) == len(case.logs[0])
 
 
+def test_what_remembers_a_load_does_not_remember_the_noise_of_the_swing() -> None:
+    """A row before lift-off reads what the swing's first row does, which is that one's residual."""
+    case = walk_case(3, None, duration_s=12.0)
+    (ideal,), (log,) = balanced(case, case.values).logs, case.logs
+    clean, noisy = (case.chain.truth(one, case.values, None) for one in (ideal, log))
+    valid = case.experiment.balance(noisy).valid[:, 3:]
+    row, cell = np.nonzero(np.diff(valid.astype(int), axis=0) == 1)
+    apart = np.diff(log.time_s)[row] < 0.02
+    row, cell = row[apart], cell[apart]
+    assert row.size > 20
+    swing, before, cleaned = (
+        noisy.readings[row + 1, cell], noisy.readings[row, cell], clean.readings[row, cell]
+    )  # fmt: skip
+    assert swing @ before > 0.5 * (swing @ swing)
+    # what the balance of all cells says of that row is left
+    assert abs(swing @ cleaned) < 0.25 * (swing @ swing)
+
+
+def test_a_delay_is_compared_as_it_acts_at_its_own_size() -> None:
+    """Of columns for each change of a size the one nearest to the fitted size speaks for it."""
+    rng = np.random.default_rng(5)
+    far = TABLE["delay"].size.far
+    near, *others = rng.normal(size=(1 + len(far), BLOCKS * ROWS))
+    columns = np.column_stack([near, *others, near])
+    signatures = tuple(Signature("delay", "delay", "robot", "s") for _ in range(1 + len(far)))
+    lib = library_of(problem_of(rng.normal(size=near.size), columns, (*signatures, _LAG)))
+    ((found, size, cos),) = aliases(lib, signatures[0], {"delay": 0.01})
+    assert found.effect == "lag"
+    assert [size, cos] == pytest.approx([0.01, 1.0])
+    assert aliases(lib, signatures[0], {"delay": far[-1]})[0][2] < 0.5
+    # and the other way round: a lag copies the delay at the size at which that acts like it
+    ((found, size, cos),) = aliases(lib, _LAG, {"lag": 0.01})
+    assert found.effect == "delay"
+    assert [size, cos] == pytest.approx([0.01, 1.0])
+
+
+_LAG = Signature("lag", "lag", "robot", "s")
+
+
 def test_a_hanging_sole_comes_on_over_the_transition() -> None:
     case = walk_case(4, None, duration_s=12.0)
     (log,) = case.logs

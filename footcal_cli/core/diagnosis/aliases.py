@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from footcal_cli.core.diagnosis.library import Library
+from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.parameters import FloatArray, IntArray
@@ -37,7 +38,7 @@ def aliases(
     """
     best: dict[str, tuple[Signature, float, float]] = {}
     mine, weights = _fitted(lib, signature, sizes)
-    for members in _groups(lib).values():
+    for members in _groups(lib):
         other = lib.problem.signatures[members[0]]
         if other.effect == signature.effect:
             continue
@@ -67,10 +68,12 @@ def copied(
         Any axis of it.
     """
     signatures = lib.problem.signatures
-    members = _groups(lib).get(_place(rival))
-    if members is None:
+    place, mine = _place(rival), _fitted(lib, signature, sizes)
+    groups = [members for members in _groups(lib) if _place(signatures[members[0]]) == place]
+    if not groups:
         return 0.0, {}
-    cos, needed = _copy(lib.products, *_fitted(lib, signature, sizes), members)
+    copies = [(*_copy(lib.products, *mine, members), members) for members in groups]
+    cos, needed, members = max(copies, key=lambda copy: copy[0])
     return cos, {
         signatures[i].parameter: float(size) for i, size in zip(members, needed, strict=True)
     }
@@ -82,9 +85,19 @@ def _fitted(
     """Columns of a fitted effect in its place, and the size of each."""
     # what a refit made of a cause may stand where the linear test could not look
     signatures, place = lib.problem.signatures, _place(signature)
-    mine = [i for i, s in enumerate(signatures) if _place(s) == place]
-    weights = np.array([sizes.get(signatures[i].parameter, 0.0) for i in mine])
-    return np.array(mine, dtype=np.int64), weights
+    mine: dict[str, list[int]] = {}
+    for i, s in enumerate(signatures):
+        if _place(s) == place:
+            mine.setdefault(s.parameter, []).append(i)
+    weights = np.array([sizes.get(name, 0.0) for name in mine])
+    effect = TABLE.get(signature.effect)
+    far = {} if effect is None else {p.name: p.far for p in effect.sizes}
+    columns = []
+    for (name, own), size in zip(mine.items(), weights, strict=True):
+        # one column for each change at which a size that acts far from linearly was taken
+        taken_at = np.array([0.0, *far.get(name, ())])[: len(own)]
+        columns.append(own[int(np.argmin(np.abs(taken_at - size)))])
+    return np.array(columns, dtype=np.int64), weights
 
 
 def _copy(
@@ -103,13 +116,19 @@ def _place(signature: Signature) -> tuple[object, ...]:
     return signature.effect, signature.where, signature.shape
 
 
-def _groups(lib: Library) -> dict[tuple[object, ...], IntArray]:
-    """Testable candidates of one effect, place and shape: the axes of one offset."""
+def _groups(lib: Library) -> list[IntArray]:
+    """Testable candidates of one effect, place and shape, the axes of one offset.
+
+    Of a size with several columns each is of a group of its own: one is how it acts at one size.
+    """
     found: dict[tuple[object, ...], list[int]] = {}
+    seen: dict[tuple[object, ...], int] = {}
     for i, signature in enumerate(lib.problem.signatures):
+        key = (_place(signature), signature.parameter)
+        seen[key] = seen.get(key, -1) + 1
         if lib.testable[i]:
-            found.setdefault(_place(signature), []).append(i)
-    return {key: np.array(members, dtype=np.int64) for key, members in found.items()}
+            found.setdefault((_place(signature), seen[key]), []).append(i)
+    return [np.array(members, dtype=np.int64) for members in found.values()]
 
 
 def _solved(square: FloatArray, target: FloatArray) -> FloatArray:

@@ -144,7 +144,8 @@ def decided(
         same |= {t.cause.signature.effect for t in tried
                  if Trait.ALL_ALIKE in subject.table[t.cause.signature.effect].traits}  # fmt: skip
     # of two that are so much alike none leaves a good part of what the other one explains
-    same -= {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
+    left = {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
+    same -= left - OF_ANY_ORDER
     smooth = without_its_edge(subject, causes, model, best, noise, signs, rules, gain)
     same |= {s.effect for s in smooth}
     worse -= same

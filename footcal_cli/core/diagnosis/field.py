@@ -134,12 +134,14 @@ def best_of(
     """The contender that loses least; before it one of its kind that leaves nothing, if it does.
 
     One that surely leaves twice as much as the one that loses least leaves something, whatever its
-    kind would find.
+    kind would find; and so does one that undoes a low-pass, in the noise that it has made larger.
     """
     least = min(tried, key=lambda t: float(t.loss.sum()))
     left = float(least.loss.sum())
 
     def as_good(other: Tried) -> bool:
+        if Trait.LOW_PASS in table[other.cause.signature.effect].traits:
+            return False
         lost = other.loss - least.loss
         return float(lost.sum()) < left or sign_flip_mean(lost, signs) >= rules.alpha_rival
 

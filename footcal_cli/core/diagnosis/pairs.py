@@ -62,16 +62,31 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
     return [(int(shown[first]), int(shown[second])) for first, second in pairs]
 
 
-def in_other_cells(table: Mapping[str, Effect], causes: Sequence[Cause]) -> bool:
+def in_other_cells(
+    table: Mapping[str, Effect], causes: Sequence[Cause], *, at_once: bool = True
+) -> bool:
     """Whether no two causes distort what the same cells show of their own loads.
 
     A loop of another form than the table's is a loop and a curve in the same cells, a curve of
-    another form two curves. What a cell hears of others is the form of neither.
+    another form two curves. What a cell hears of others is the form of neither; nor, where one was
+    found after the other, is what is surely in further cells too.
+
+    Parameters
+    ----------
+    at_once
+        Whether the causes were looked for together, so that a small one may count.
     """
-    cells = [
-        {member for _, members in cause.signature.owners for member in members}
-        for cause in causes
+    own = [
+        cause for cause in causes
         if table[cause.signature.effect].stage is Stage.CELL
         and Trait.MIXTURE not in table[cause.signature.effect].traits
-    ]
-    return all(a.isdisjoint(b) for a, b in itertools.combinations(cells, 2))
+    ]  # fmt: skip
+
+    def apart(first: Cause, later: Cause) -> bool:
+        mine, its = (
+            {member for _, members in cause.signature.owners for member in members}
+            for cause in (first, later)
+        )
+        return mine.isdisjoint(its) or not (at_once or its <= mine or later.places)
+
+    return all(apart(first, later) for first, later in itertools.combinations(own, 2))

@@ -40,6 +40,7 @@ from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.parameters import FloatArray
 
+_HIDING = frozenset({Trait.LOW_PASS, Trait.SPECTRUM})
 LEAST_STABLE = 0.5
 """Share of blocks without which a name is chosen again, below which it is none."""
 
@@ -138,9 +139,10 @@ def standing(
     if problem.pieces or hidden:
         among = likeness_of(library, rules)
         departure = departure_of(problem, extended, final.law, count, among)
-    # without whitening a model that undoes a low-pass is blamed for the noise that it makes larger:
-    # where a calibration is tracked, the innovations are what such a model answers for
-    undone = any(Trait.LOW_PASS in subject.table[c.signature.effect].traits for c in path.causes)
+    # without whitening a model that undoes a low-pass, or a play that hides small changes of load,
+    # is blamed for the noise that it makes larger: where a calibration is tracked, the innovations
+    # are what such a model answers for
+    undone = any(_HIDING & {*subject.table[c.signature.effect].traits} for c in path.causes)
     innovated = undone and problem.tracking is not None and path.removed > 0.0
     better = better or innovated or bought(gains, problem) > 0.0
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, better, departure)

@@ -70,7 +70,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         # it stands in for the form of a larger one, or for where a refit of that one ended
         return Verdict.UNKNOWN, share
     sure = path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
-    sure &= in_other_cells(subject.table, path.causes)
+    sure &= in_other_cells(subject.table, path.causes, at_once=path.pair)
     loose = subject.case.drifts or subject.case.experiment.name == "stand"
     if verdict in NAMING and loose and len(path.causes) > 1 and not sure:
         # beside a calibration that drifts two causes copy a third that neither of them is, and in

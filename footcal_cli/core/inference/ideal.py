@@ -12,10 +12,13 @@ from footcal_cli.core.experiments.contract import Balance
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
-from footcal_cli.core.signals import means_of
+from footcal_cli.core.signals import means_of, median_sd, stretches
 
 TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis
 _FEW_STEPS = 10
+_BESIDE_S, _ALIKE_S = 0.2, 0.03
+"""So long before and after a swing its cells are taken to read what they read in it on average, and
+so long that smoothed noise hardly changes (5 Hz)."""
 
 
 def balanced(
@@ -48,14 +51,18 @@ def balanced(
         of_log = None if seen is None else seen[number]
         truth = used.truth(case.judged[number] if few else log, values, of_log)
         balance, derivative, spread = _linearised(case, truth)
-        share = np.ones(len(balance.outputs))
-        if case.demand_noisy:
-            whole = case.experiment.balance(used.truth(log, values, of_log)) if few else balance
-            at = slice(None, None, 1 if few else case.stride)
-            noise = _noise(whole, case.stride)
-            share = _reading_share(noise, derivative[at], balance.valid[at], case.reading_noise_n)
         error = np.where(balance.valid, np.nan_to_num(balance.error), 0.0)
-        change = _least_change(derivative, share * error, balance.valid) * spread
+        share, beside = np.ones(len(balance.outputs)), np.zeros_like(truth.readings)
+        if case.demand_noisy:
+            all_rows = used.truth(log, values, of_log) if few else truth
+            whole = case.experiment.balance(all_rows) if few else balance
+            apart = 1 if few else case.stride
+            shown = derivative[::apart], balance.valid[::apart]
+            share = _reading_share(_noise(whole, case.stride), *shown, case.reading_noise_n)
+            beside = _noise_beside(all_rows, whole, shown[0] / spread)
+            beside = beside[:: case.stride if few else 1]
+            error = error - (derivative @ (beside / spread)[..., None])[..., 0]
+        change = beside + _least_change(derivative, share * error, balance.valid) * spread
         ideal = truth.with_readings(truth.readings - change)
         if case.demand_noisy:
             ideal = _demand_moved(ideal, case.experiment.balance(ideal))
@@ -104,14 +111,50 @@ def _least_change(derivative: FloatArray, error: FloatArray, valid: BoolArray) -
     return change
 
 
+def _noise_beside(truth: Log, balance: Balance, derivative: FloatArray) -> FloatArray:
+    """Noise of channels in rows that demand nothing of them, from rows beside that do, (n, c).
+
+    A cell in the air reads its noise, and reads it just before and after too: so near that a low-
+    pass makes both alike it shows what it shows there, farther off the noise of that swing on
+    average. Left in there, all that remembers a load would remember what is the residual of the
+    swing.
+
+    Parameters
+    ----------
+    derivative
+        Of the balance by the channels, zero where an output is not valid, of some rows, (m, k, c).
+    """
+    time_s, noise = truth.time_s, np.zeros_like(truth.readings)
+    acting = derivative != 0.0
+    alone = (acting.sum(axis=2).max(axis=0, initial=0) == 1) & ~balance.valid.all(axis=0)
+    for k in np.flatnonzero(alone):
+        row, channel = (int(i[0]) for i in np.nonzero(derivative[:, k]))
+        shown = truth.readings[:, channel]
+        error = np.nan_to_num(balance.error[:, k]) / derivative[row, k, channel]
+        for start, stop in stretches(balance.valid[:, k]):
+            far, near = (
+                np.searchsorted(time_s, (time_s[start] - reach, time_s[stop - 1] + reach))
+                for reach in (_BESIDE_S, _ALIKE_S)
+            )
+            noise[slice(*far), channel] = error[start:stop].mean()
+            for part, edge in ((slice(near[0], start), start), (slice(stop, near[1]), stop - 1)):
+                noise[part, channel] = shown[part] - (shown[edge] - error[edge])
+        noise[balance.valid[:, k], channel] = 0.0
+    return noise
+
+
 def _noise(balance: Balance, stride: int) -> FloatArray:
-    """Squared noise of each output, NaN where few rows count, (k,): steps between judged rows."""
-    noise = np.full(len(balance.outputs), np.nan)
-    for k in range(noise.size):
+    """Squared noise of each output, NaN where few rows count: steps between judged rows, (2, k).
+
+    Of the middle of all steps, where a touch-down is no noise; and of all of them, where a coarse
+    converter takes few.
+    """
+    noise = np.full((2, len(balance.outputs)), np.nan)
+    for k in range(len(balance.outputs)):
         both = balance.valid[stride:, k] & balance.valid[:-stride, k]
         steps = (balance.error[stride:, k] - balance.error[:-stride, k])[both]
         if steps.size > _FEW_STEPS:
-            noise[k] = np.median(np.abs(steps)) ** 2 * 1.4826**2 / 2.0
+            noise[:, k] = median_sd(steps) ** 2 / 2.0, np.mean(steps**2) / 2.0
     return noise
 
 
@@ -126,20 +169,21 @@ def _reading_share(
     Parameters
     ----------
     noise
-        Squared, of each output, (k,).
+        Squared, of the middle and of all steps of each output, (2, k).
     derivative, valid
         Of the judged rows, (n, k, c) and (n, k).
     """
     acting = (derivative != 0.0) @ np.ones(derivative.shape[2])
     single = acting.max(axis=0, initial=0) == 1
-    share = np.ones(noise.size)
-    if not np.isfinite(noise[single]).any():
+    middle, every = noise
+    share = np.ones(middle.size)
+    if not np.isfinite(every[single]).any():
         return share
-    of_reading = max(float(np.nanmedian(noise[single])), least_n**2)
-    for k in np.flatnonzero(~single & np.isfinite(noise)):
+    of_reading = max(float(np.nanmedian(every[single])), least_n**2)
+    for k in np.flatnonzero(~single & np.isfinite(middle)):
         mine = derivative[valid[:, k], k]
         lever = float(np.mean(np.einsum("nc,nc->n", mine, mine)))
-        share[k] = np.clip(of_reading * lever / max(noise[k], 1e-300), 0.0, 1.0)
+        share[k] = np.clip(of_reading * lever / max(float(middle[k]), 1e-300), 0.0, 1.0)
     return share
 
 

@@ -7,6 +7,7 @@ from collections.abc import Set
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.comparison import OF_ANY_ORDER
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.inference.evidence import Interval
@@ -59,9 +60,13 @@ def against_rivals(found: Investigation) -> list[str]:
             more = unfitted.get(rival) if other is None else other.excess
             if more is None:
                 continue
+            says = "too little to rule it out."
+            if more.low <= 0.0:
+                says = "no difference to rely on."
+            elif rival in OF_ANY_ORDER and mine not in OF_ANY_ORDER:
+                says = f"of first order it does, a steeper low-pass acts as {words(mine)} does."
             lines.append(
-                f"{words(rival)} leaves errors {_percent(more)} larger than {words(mine)}: "
-                + ("no difference to rely on." if more.low <= 0.0 else "too little to rule it out.")
+                f"{words(rival)} leaves errors {_percent(more)} larger than {words(mine)}: {says}"
             )
     return [line[0].upper() + line[1:] for line in lines]
 
