@@ -10,14 +10,13 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT, LEG_WEIGHT
+from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT
 from footcal_cli.core.experiments.pose import EXPERIMENT
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import Geometry, pose_data
-from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.seating import standing_axes
 from footcal_cli.core.quality import Finding
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, in_order, of_cells
@@ -59,7 +58,9 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     data = pose_data(without_effects(raw, session.parameters))
     hung = zip(data.geometry.legs, legs, strict=True)
     case = with_known_offsets(case, {name: leg.covariance[:6, :6] for name, leg in hung})
-    untested = of_cells(EXPERIMENT) | _known_from_hanging(legs, case.tolerance_n)
+    # hanging knows a leg as it hung: what is screwed on before it stands is a rival of the robot's
+    # weight, however well the leg was weighed
+    untested = of_cells(EXPERIMENT)
     untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
     sd, _ = noise_sd_of(asked, len(legs), data.robot_weight_n)
     seen = standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m)
@@ -85,14 +86,6 @@ def with_known_offsets(case: Case, hung: Mapping[str, FloatArray]) -> Case:
         at = [names.index(f"{leg}.offset_{axis}") for axis in AXES]
         precision[np.ix_(at, at)] = scaled_inverse(covariance + np.diag(moves**2), _RCOND)
     return replace(case, known=precision)
-
-
-def _known_from_hanging(legs: Sequence[LegKnowledge], tolerance_n: float) -> dict[str, str]:
-    """Leg weights that hanging knows far better than poses need: there they copy the robot's."""
-    sd = float(np.sqrt(sum(leg.covariance[6, 6] for leg in legs)))
-    if not 0.0 < 2.0 * sd < tolerance_n:
-        return {}
-    return {LEG_WEIGHT.name: f"hanging knows the sum of the legs' weights to ± {sd:.2g} N"}
 
 
 def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:
