@@ -10,6 +10,7 @@ from pathlib import Path
 
 from footcal_cli.core.log import EXPERIMENT_NAMES
 from footcal_cli.errors import UsageError
+from footcal_cli.session.request import REJECTED
 
 _OF_COMMAND = {
     "static-init": "stand", "online-replay": "walk", "hang-calib": "hang", "pose-calib": "pose",
@@ -28,7 +29,7 @@ class Group:
     logs
         Its files.
     parameters
-        The calibration that a command fitted to them, None where there is none.
+        The calibration that a command fitted to them, rejected or not; None without one.
     whole_folder
         Whether `logs` are all files of a folder, some of which may be of another kind.
     """
@@ -78,7 +79,6 @@ def _split(argument: Path) -> tuple[str, Path]:
 def _of_folder(folder: Path, kind: str) -> Group:
     run = _read(folder / "run.json")
     command = str(run.get("command", ""))
-    parameters = folder / "parameters.json"
     if command and command not in ("simulate", "convert"):
         inputs = run.get("inputs")
         paths = [Path(name) for name in inputs] if isinstance(inputs, dict) else []
@@ -99,8 +99,10 @@ def _of_folder(folder: Path, kind: str) -> Group:
             file=folder, remedy="name the log files: KIND=FILE",
         )  # fmt: skip
     name = folder.resolve().name
-    calibrated = command not in ("", "simulate", "convert", "diagnose") and parameters.is_file()
-    return Group(name, found, logs, parameters if calibrated else None, whole_folder=True)
+    fitted = command not in ("", "simulate", "convert", "diagnose")
+    asked = [folder / file for file in ("parameters.json", REJECTED) if fitted]
+    parameters = next((path for path in asked if path.is_file()), None)
+    return Group(name, found, logs, parameters, whole_folder=True)
 
 
 def _kind_of_run(command: str, run: dict[str, object]) -> str:

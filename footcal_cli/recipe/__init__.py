@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Collection, Mapping
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -72,6 +72,9 @@ def metres(millimetres: float | None) -> float | None:
 
 class CommandOptions(Frozen):
     """Options of one command: its table in a recipe, overridden by the command line."""
+
+    takes_rejected: ClassVar[bool] = False
+    """Whether the command starts from a rejected calibration too: to say what is wrong with it."""
 
     strict_findings: bool = False
     pictures: bool = True

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -62,6 +62,8 @@ class ApplyOptions(CommandOptions):
 
 class DiagnoseOptions(CommandOptions):
     """``[diagnose]`` of a recipe."""
+
+    takes_rejected: ClassVar[bool] = True
 
     experiment: Annotated[
         ExperimentName, Flag("weights, placements, stand, walk, hang, pose.", metavar="KIND")

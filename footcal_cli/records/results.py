@@ -81,8 +81,8 @@ class ParametersRecord(Versioned):
 
     `sign_convention`, `frame` and `expressed_at` say how the values are meant; `fitted_range` where
     they hold; `effects` what a chain contains beyond scale, bias and offset; `rejected_because` the
-    gates that were not met: such a calibration is written as ``parameters_rejected.json`` and no
-    command starts from it.
+    gates that were not met: such a calibration is written as ``parameters_rejected.json``, and only
+    ``diagnose`` starts from it.
     """
 
     schema_name: Literal["footcal.parameters"] = Field(default="footcal.parameters", alias="schema")

@@ -197,4 +197,6 @@ def calibration_record(
         fitted_range=dict(fitted_range or {}),
         effects=tuple(effects),
         inputs={**(earlier_inputs or {}), **session.inputs},
+        # what only a rejected calibration was the beginning of is none to start from
+        rejected_because=() if session.parameters is None else session.parameters.rejected_because,
     )

@@ -183,8 +183,8 @@ def gate_sheet(gates: Sequence[Gate]) -> Sheet:
         "Gates",
         ("judged", "found", "allowed", "met"),
         [(g.name, g.found, g.limit, "yes" if g.met else "NO") for g in gates],
-        note="What a gate rejects is written as parameters_rejected.json, and no command starts "
-        "from it.",
+        note="What a gate rejects is written as parameters_rejected.json, and no command but "
+        "diagnose starts from it.",
     )
 
 

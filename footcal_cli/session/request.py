@@ -14,6 +14,8 @@ from footcal_cli.recipe import Robot
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
 
+REJECTED = "parameters_rejected.json"
+"""Name of a calibration that was not accepted: make and scripts must not take it for one."""
 _SAME_GRAVITY = 0.006
 """Largest share by which gravity differs between places on Earth."""
 _CONVENTIONS = (
@@ -66,25 +68,47 @@ class Request:
         return shlex.join([*words, "--seed", str(self.seed), "--out", self.out.as_posix()])
 
 
-def read_calibration(path: Path) -> ParametersRecord:
+def read_calibration(path: Path, *, rejected: bool = False) -> ParametersRecord:
     """Read a calibration that may be used.
+
+    Parameters
+    ----------
+    path
+        Its file.
+    rejected
+        Whether a rejected one may be used too: of a command that asks what is wrong with it.
 
     Raises
     ------
     UsageError
-        It cannot be read, or a gate rejected it.
+        It cannot be read, or it was rejected.
     """
+    beside = path.with_name(REJECTED)
+    if not path.exists() and beside.is_file():
+        raise _refused(beside, read_record(ParametersRecord, beside))
     record = read_record(ParametersRecord, path)
-    if record.rejected_because:
-        raise UsageError(
-            f"this calibration was rejected: {record.rejected_because[0].rstrip('.')}", file=path,
-            remedy="calibrate again, or change the gate that rejected it",
-        )  # fmt: skip
+    if record.rejected_because and not rejected:
+        raise _refused(path, record)
     return record
 
 
+def _refused(path: Path, record: ParametersRecord) -> UsageError:
+    why = record.rejected_because[0].rstrip(".") if record.rejected_because else "no reason given"
+    return UsageError(
+        f"this calibration was rejected: {why}", file=path,
+        remedy="calibrate again, change the gate that rejected it, or ask what is wrong: footcal "
+        f"diagnose --parameters {path.as_posix()}",
+    )  # fmt: skip
+
+
 def inspect_record(record: ParametersRecord, robot: Robot, path: str) -> Iterator[Finding]:
-    """What a calibration to start from states against the recipe."""
+    """What a calibration to start from states against the recipe, and why it was rejected."""
+    if record.rejected_because:
+        yield Finding(
+            "calibration_rejected", "warning", path,
+            f"this calibration was rejected: {record.rejected_because[0].rstrip('.')}",
+            "correct what the diagnosis names, then calibrate again",
+        )  # fmt: skip
     if _UNNAMED not in (record.robot, robot.name) and record.robot != robot.name:
         yield Finding(
             "calibration_of_another_robot", "warning", path,

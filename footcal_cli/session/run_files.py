@@ -15,6 +15,7 @@ from footcal_cli.records.results import RmseRecord, RunRecord
 from footcal_cli.report import Drawn, rmse_sheet
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.report.page import render_html
+from footcal_cli.session.request import REJECTED
 from footcal_cli.session.run_folder import scratch
 from footcal_cli.tables.logfiles import write_csv, write_parquet, write_parquet_pieces
 
@@ -26,8 +27,7 @@ def write_run(folder: Path, run: RunRecord, outcome: Outcome, images: Mapping[st
     """Everything a run leaves, into one folder; `images` holds each picture by name, drawn."""
     if outcome.parameters is not None:
         rejected = run.gates_missed or (() if outcome.usable else (run.verdict.sentence,))
-        # under another name: make and scripts must not take it for an accepted calibration
-        name = "parameters_rejected.json" if rejected else "parameters.json"
+        name = REJECTED if rejected else "parameters.json"
         marked = outcome.parameters.model_copy(update={"rejected_because": rejected})
         write_record(marked, folder / name)
     if outcome.rmse is not None:

@@ -132,7 +132,7 @@ class Session(SessionLogs, Generic[Options]):
         self.parameters: ParametersRecord | None = None
         self.timings_s: dict[str, float] = {}
         if request.parameters is not None:
-            self.parameters = read_calibration(request.parameters)
+            self.parameters = self._calibration(request.parameters)
             self.inputs[shown(request.parameters)] = digest(request.parameters)
             name = request.parameters.name
             self.note(inspect_record(self.parameters, self.recipe.robot, name))
@@ -152,7 +152,7 @@ class Session(SessionLogs, Generic[Options]):
         other.begin_with(replace(self.request, logs=tuple(logs)))
         other.options = self.options.model_copy(update=options)
         if parameters is not None:
-            other.parameters = read_calibration(parameters)
+            other.parameters = self._calibration(parameters)
             self.inputs[shown(parameters)] = digest(parameters)
         return other
 
@@ -162,6 +162,9 @@ class Session(SessionLogs, Generic[Options]):
         from footcal_cli.records.effects import table_with
 
         return table_with(self.recipe.effect, self.recipe.path)
+
+    def _calibration(self, path: Path) -> ParametersRecord:
+        return read_calibration(path, rejected=self.options.takes_rejected)
 
     def _reference_path(self) -> Path | None:
         """The calibration that gates compare with; the recipe's lies relative to the recipe."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.checks.intermittent import is_loose, spells_of, steps_of_axes
+from footcal_cli.core.checks.intermittent import loose_axes, spells_of, steps_of_axes
 from footcal_cli.core.parameters import BoolArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.tables.columns import AXIS_COLUMNS
@@ -41,7 +41,7 @@ def without_spells(table: Table) -> tuple[Table, list[Finding]]:
     findings = []
     for name in dict.fromkeys(leg):
         mine = leg == name
-        loose = np.array([is_loose(axis) for axis in lost[mine].T])
+        loose = loose_axes(table.numbers(AXIS_COLUMNS)[mine], lost[mine])
         lost[mine] &= loose
         if loose.any():
             left = int(lost[mine].any(axis=1).sum())

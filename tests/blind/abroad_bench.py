@@ -24,7 +24,7 @@ from tests.blind.abroad import TRIALS as OF_USUAL
 from tests.blind.abroad import Abroad, make
 from tests.blind.abroad_fleet import fleet_trials, mixed
 from tests.blind.classes import classes_of
-from tests.blind.diagnosing import FINE, footcal
+from tests.blind.diagnosing import FINE, calibration_of, footcal
 from tests.blind.scoring import Verdict
 
 TRIALS: Mapping[str, Abroad] = {**OF_USUAL, **fleet_trials()}
@@ -50,8 +50,9 @@ def diagnosed(trial: Abroad, seed: int, folder: Path) -> dict[str, Any]:
     for command in _commands(trial.experiment, folder):
         at = command.index("--parameters") if "--parameters" in command else -1
         if at > 0 and not Path(command[at + 1]).is_file():  # a calibration of bad data leaves none
-            before = folder / "hung" / "parameters.json"
-            given: list[str | Path] = ["--parameters", before] if before.is_file() else []
+            left = (calibration_of(folder / of) for of in ("calibration", "hung"))
+            before = next((path for path in left if path.is_file()), None)
+            given: list[str | Path] = [] if before is None else ["--parameters", before]
             command = [*command[:at], *given, *command[at + 2 :]]
         code, said = footcal([*command, "--recipe", folder / "recipe.toml"])
         if code not in FINE:

@@ -19,6 +19,7 @@ from unittest import mock
 
 from footcal_cli.app import main
 from footcal_cli.report import Drawn, Picture
+from footcal_cli.session.request import REJECTED
 from footcal_cli.sheets import bench, hang
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -71,18 +72,25 @@ def diagnosed(folder: Path, run: Path) -> dict[str, Any]:
     return {**record, "step": step, "seconds": time.process_time() - began}
 
 
-def _commands(ask: dict[str, str], folder: Path, run: Path) -> list[list[str | Path]]:
-    """The calibration to start from, then the diagnosis."""
+def _commands(ask: dict[str, str], folder: Path, run: Path) -> Iterator[list[str | Path]]:
+    """The calibration to start from, then the diagnosis, each when those before it are done."""
+    yield from _calibrations(ask["experiment"], folder, run)
     experiment = ask["experiment"]
     diagnosis: list[str | Path] = ["diagnose", *_logs(folder, experiment)]
     diagnosis += ["--experiment", experiment, "--recipe", folder / "recipe.toml"]
-    diagnosis += ["--parameters", run / "calibration" / "parameters.json"]
+    diagnosis += ["--parameters", calibration_of(run / "calibration")]
     diagnosis += ["--out", run / "diagnosis", "--no-pictures"]
     if (folder / BEFORE).is_file():
         diagnosis += ["--after", folder / BEFORE]
     for left_out in ask["left_out"].split():
         diagnosis += ["--without", left_out]
-    return [*_calibrations(experiment, folder, run), diagnosis]
+    yield diagnosis
+
+
+def calibration_of(folder: Path) -> Path:
+    """What a command left: a diagnosis starts from a rejected calibration too, as it says."""
+    kept = [folder / name for name in ("parameters.json", REJECTED)]
+    return next((path for path in kept if path.is_file()), kept[0])
 
 
 def _calibrations(experiment: str, folder: Path, run: Path) -> list[list[str | Path]]:

@@ -11,9 +11,7 @@ import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footcal_cli.core.parameters import Parameter
-from footcal_cli.errors import DataError
-from footcal_cli.intake.cases.pose import _at, _model
+from footcal_cli.intake.cases.pose import _model
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import EffectRecord, ParametersRecord
@@ -159,12 +157,19 @@ def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path
     assert not read_record(ParametersRecord, tmp_path / "out/parameters_extended.json").effects
 
 
-def test_a_hip_beyond_all_mounting_errors_is_a_refusal_and_no_error_of_ours() -> None:
-    placed = Parameter("fl.mount_pos_x", "m", 0.0, lower=-0.2, upper=0.2)
-    assert _at(placed, {"fl.mount_pos_x": 0.1}, None).value == 0.1
-    with pytest.raises(DataError, match=r"fl\.mount_pos_x is -0\.215 m") as refused:
-        _at(placed, {"fl.mount_pos_x": -0.215}, Path("parameters.json"))
-    assert "plug" in refused.value.line()
+@pytest.mark.parametrize(("place_m", "started_m"), [(0.1, 0.1), (-0.215, 0.0)])
+def test_a_hip_beyond_all_mounting_errors_is_an_alarm_and_no_value_to_start_from(
+    place_m: float, started_m: float
+) -> None:
+    values = {"fl.mount_pos_x": place_m}
+    known = SimpleNamespace(effects=(), command="pose-calib", values=values)
+    channels = tuple(f"fl.{axis}" for axis in ("fx", "fy", "fz", "tx", "ty", "tz"))
+    session = SimpleNamespace(parameters=known)
+    _, started, free, beyond = _model(cast(Any, session), channels)
+    placed = next(p for p in free if p.name == "fl.mount_pos_x")
+    assert placed.value == started.get(placed.name, placed.value) == started_m
+    found = [(f.severity, f.where, "plug" in f.remedy) for f in beyond]
+    assert found == ([] if place_m == started_m else [("alarm", placed.name, True)])
 
 
 @pytest.mark.slow
@@ -202,8 +207,8 @@ def test_a_diagnosis_of_poses_calibrates_what_pose_calib_fits_and_no_effect_besi
     )
     drift = EffectRecord(effect="offset_drift", owners={leg: (leg,) for leg in ("fl", "fr")})
     known = SimpleNamespace(effects=(drift,), command="pose-calib", values={})
-    session = SimpleNamespace(parameters=known, request=SimpleNamespace(parameters=None))
-    chain, _, free = _model(cast(Any, session), channels)
+    session = SimpleNamespace(parameters=known)
+    chain, _, free, _ = _model(cast(Any, session), channels)
     assert any(item.effect.name == "offset_drift" for item in chain.links)
     stems = {parameter.name.split(".")[1].rpartition("_")[0] for parameter in free}
     assert stems == {"offset", "mount_rot", "mount_pos"}

@@ -61,6 +61,28 @@ def test_no_command_starts_from_a_rejected_calibration(run: Run, log: Path, tmp_
     assert "RMSE" in answer.err
 
 
+def test_a_diagnosis_starts_from_a_rejected_calibration_and_leaves_one(
+    run: Run, log: Path, tmp_path: Path
+) -> None:
+    assert run("offline-fit", log, "--out", tmp_path / "out", *GATE).exit_code == 1
+    rejected = tmp_path / "out/parameters_rejected.json"
+    # who gives the calibration that is not there learns why, and what to ask
+    answer = run("offline-fit", log, "--parameters", tmp_path / "out/parameters.json",
+                 "--out", tmp_path / "next")  # fmt: skip
+    assert answer.exit_code == 2
+    assert "RMSE" in answer.err
+    assert f"diagnose --parameters {rejected.as_posix()}" in " ".join(answer.err.split())
+    out = tmp_path / "diagnosis"
+    answer = run("diagnose", log, "--parameters", rejected, "--out", out)
+    assert answer.exit_code in (0, 3)
+    found = json.loads((out / "diagnosis.json").read_text())["findings"]
+    assert "calibration_rejected" in {finding["code"] for finding in found}
+    extended = out / "parameters_extended.json"
+    answer = run("offline-fit", log, "--parameters", extended, "--out", tmp_path / "next")
+    assert answer.exit_code == 2
+    assert "rejected" in answer.err
+
+
 def test_make_fails_again_until_the_gate_is_met(log: Path, tmp_path: Path) -> None:
     (tmp_path / "Makefile").write_text(
         "out/parameters.json: weights.csv\n"

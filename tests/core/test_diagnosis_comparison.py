@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from footcal_cli.core.diagnosis import field, growth
+from footcal_cli.core.diagnosis import ends, field, growth
 from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.comparison import _where, _worse
@@ -145,6 +145,8 @@ def test_what_looks_like_a_better_contender_is_tried_too(monkeypatch: pytest.Mon
         return [(named[n].cause, named[n].fitted, n) for n in kin]
 
     monkeypatch.setattr(field, "refitted", refitted)
+    monkeypatch.setattr(field, "with_zeros", lambda *given: [])
+    monkeypatch.setattr(field, "inside", lambda subject, every: every)
     monkeypatch.setattr(field, "_of_the_likeliest", lambda judged: of_rows(12))
     monkeypatch.setattr(field, "_family", lambda *given: [])
     monkeypatch.setattr(field.Field, "judged", lambda self, one, fair: named[one[2]])
@@ -311,7 +313,7 @@ def test_a_size_at_an_end_of_its_range_ends_the_search(bent: Case) -> None:
              if (s.effect, s.where) == ("nonlinearity", "all cells"))
     )  # fmt: skip
     fitted = subject.refitted([cause], {"all.quadratic": 1e-3})
-    assert not growth.at_an_end(subject, [cause], fitted)
+    assert not ends.at_an_end(subject, [cause], fitted)
     upper = CURVES["nonlinearity"].size.upper
     at_end = replace(fitted, values={**fitted.values, "all.quadratic": upper})
-    assert growth.at_an_end(subject, [cause], at_end)
+    assert ends.at_an_end(subject, [cause], at_end)

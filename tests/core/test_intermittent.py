@@ -9,7 +9,7 @@ from footcal_cli.core.checks.intermittent import (
     check_loose_cells,
     check_spells,
     find_spells,
-    is_loose,
+    loose_axes,
     spells_of,
     steps_of_axes,
 )
@@ -39,6 +39,11 @@ def lost(rng: np.random.Generator, spells: int) -> BoolArray:
     return found
 
 
+def _of_one(reading: FloatArray, away: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """A leg all of whose axes are one."""
+    return np.tile(reading[:, None], 6), np.tile(away[:, None], 6)
+
+
 @pytest.mark.parametrize("noise", ["white", "slow", "long-tailed", "coarse"])
 @pytest.mark.parametrize("seed", range(5))
 def test_spells_are_found_to_the_sample(seed: int, noise: str) -> None:
@@ -54,7 +59,8 @@ def test_no_noise_is_a_loose_contact(noise: str) -> None:
         np.stack([turning(np.random.default_rng([72, seed, axis]), noise) for axis in range(6)], 1)
         for seed in range(40)
     ]
-    assert not any(is_loose(axis) for wrench in wrenches for axis in spells_of(wrench).T)
+    for wrench in wrenches:
+        assert check_spells("fl", wrench, spells_of(wrench)) == []
 
 
 def test_a_coarse_converter_that_flickers_between_three_values_has_no_loose_contact() -> None:
@@ -76,7 +82,7 @@ def test_a_leg_that_is_turned_from_hold_to_hold_and_back_has_no_loose_contact() 
     rng = np.random.default_rng(73)
     held = np.repeat(np.tile([0.0, 0.6], 15), N // 30)
     reading = 3.0 * np.cos(held) + rng.normal(0.0, 0.03, N)
-    assert is_loose(find_spells(reading))
+    assert loose_axes(*_of_one(reading, find_spells(reading)))[0]
     assert not find_spells(reading, held[:, None] + rng.normal(0.0, 1e-4, (N, 1))).any()
     # an attitude that came in every other sample
     seldom = held[:, None] + rng.normal(0.0, 1e-4, (N, 1))
@@ -99,7 +105,7 @@ def test_a_spell_at_either_end_is_found_and_a_touch_is_no_finding() -> None:
     reading[50] = np.nan
     np.testing.assert_array_equal(find_spells(reading), away)
     away[:7] = False
-    assert not is_loose(away)
+    assert not loose_axes(*_of_one(reading, away))[0]
     assert not find_spells(reading[:40]).any()
 
 
@@ -113,6 +119,21 @@ def test_the_finding_says_which_axis_how_often_and_how_far() -> None:
     assert finding.sentence.startswith("ty: 5 times")
     assert " Nm, " in finding.sentence
     assert check_spells("fl", wrench, np.zeros(wrench.shape, dtype=bool)) == []
+
+
+def test_slow_noise_that_goes_on_elsewhere_after_each_pause_is_no_loose_contact() -> None:
+    """A tenth of a recording at each end is 2 % of the axis' span away from the rest."""
+    rng = np.random.default_rng(78)
+    wrench = np.concatenate([np.stack([turning(rng, "white") for _ in range(6)], 1)] * 3)
+    lost_at = np.zeros(wrench.shape, dtype=bool)
+    for first in range(0, 3 * N, N):
+        lost_at[first : first + N // 10] = True
+    slow, broken = wrench + 0.16 * lost_at, wrench + 6.0 * lost_at
+    # each recording begins far from where the one before it ended
+    slow, broken = (np.add(w, np.repeat([0.0, 9.0, -9.0], N)[:, None]) for w in (slow, broken))
+    assert check_spells("fl", slow, lost_at) == []
+    (finding,) = check_spells("fl", broken, lost_at)
+    assert finding.code == "intermittent_contact"
 
 
 def walking(rng: np.random.Generator) -> FloatArray:

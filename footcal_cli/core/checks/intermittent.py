@@ -26,8 +26,8 @@ LONGEST = 0.1
 OFTEN = 3
 """A loose contact comes back; fewer spells may be somebody who touched the leg."""
 LEAST = 0.1
-"""Share of a cell's usual span that a lost contact takes away at least; a sole that sticks takes
-less."""
+"""Share of the usual span, of a cell or of the axes of its kind, that a lost contact takes away at
+least; a sole that sticks takes less, and so does slow noise that goes on after a pause."""
 _FEWEST = 50
 _NEAR = 3
 """Samples that tell the level before and after a spell."""
@@ -141,9 +141,29 @@ def spells_of(
     )
 
 
-def is_loose(lost: BoolArray) -> bool:
-    """Whether an axis, from its samples of spells, shape (n,), loses contact again and again."""
-    return len(stretches(lost)) >= OFTEN
+def loose_axes(wrench: FloatArray, lost: BoolArray) -> BoolArray:
+    """Which axes lose contact again and again, and a good part of such a load with it, shape (6,).
+
+    Parameters
+    ----------
+    wrench, lost
+        All recordings of a leg one after the other, and `spells_of` them, shape (n, 6).
+    """
+    found = np.zeros(lost.shape[1], dtype=bool)
+    for i, spells in enumerate(map(stretches, lost.T)):
+        if len(spells) < OFTEN:
+            continue
+        kind = wrench[:, :3] if i < len(AXES) // 2 else wrench[:, 3:]
+        least = LEAST * float(np.max(np.subtract(*np.nanpercentile(kind, [98, 2], axis=0))))
+        found[i] = sum(_away(wrench[:, i], *spell) >= least for spell in spells) >= OFTEN
+    return found
+
+
+def _away(reading: FloatArray, start: int, stop: int) -> float:
+    """How far a spell is from the nearer of its ends: beyond one may be another recording."""
+    ends = [reading[at] for at in (start - 1, stop) if 0 <= at < reading.size]
+    away = np.abs(np.nanmedian(reading[start:stop]) - np.array(ends))
+    return float(np.nanmin(away)) if np.isfinite(away).any() else 0.0
 
 
 def check_spells(leg: str, wrench: FloatArray, lost: BoolArray) -> list[Finding]:
@@ -152,9 +172,9 @@ def check_spells(leg: str, wrench: FloatArray, lost: BoolArray) -> list[Finding]
     Parameters
     ----------
     wrench, lost
-        All recordings of the leg one after the other, and `spells_of` them, shape (n, 6).
+        As for `loose_axes`.
     """
-    loose = [i for i, axis in enumerate(lost.T) if is_loose(axis)]
+    loose = np.flatnonzero(loose_axes(wrench, lost)).tolist()
     if not loose:
         return []
     worst = max(loose, key=lambda i: len(stretches(lost[:, i])))
@@ -218,10 +238,7 @@ def _finding(
     where: str, which: str, reading: FloatArray, spells: Sequence[tuple[int, int]], unit: str
 ) -> Finding:
     lengths = [stop - start for start, stop in spells]
-    away = [
-        abs(float(np.nanmedian(reading[start:stop]) - reading[start - 1]))
-        for start, stop in spells if start > 0
-    ]  # fmt: skip
+    away = [_away(reading, *spell) for spell in spells]
     return Finding(
         "intermittent_contact", "warning", where,
         f"{which}{len(spells)} times the reading leaves its level from one sample to the next, by "

@@ -12,7 +12,7 @@ from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.bends import open_curves
 from footcal_cli.core.diagnosis.change_points import onset_moved
 from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
-from footcal_cli.core.diagnosis.field import field_of, white_loss, without_its_edge
+from footcal_cli.core.diagnosis.field import field_of, inside, white_loss, without_its_edge
 from footcal_cli.core.diagnosis.memories import surer
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.rivals import (
@@ -126,6 +126,9 @@ def decided(
         )
         and not bends_as_well(other)
     }
+    stopped = {t.cause.signature.effect for t in tried} - {
+        t.cause.signature.effect for t in inside(subject, tried)
+    }
     losses = {t.cause.signature.effect: t.loss for t in tried}
     lost = {effect: float((other - loss).sum()) for effect, other in losses.items()}
     most = share_for_form(best, rules.rival_loss, rules) * gain
@@ -148,7 +151,7 @@ def decided(
     same -= left - OF_ANY_ORDER
     smooth = without_its_edge(subject, causes, model, best, noise, signs, rules, gain)
     same |= {s.effect for s in smooth}
-    worse -= same
+    worse = (worse - same) | (stopped - {mine.effect})
     late = onset_moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]

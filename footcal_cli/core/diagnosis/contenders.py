@@ -12,12 +12,14 @@ from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.change_points import at_its_change_point, has_change_point
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.zeros import known_zeros, with_their_zeros
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.signatures import SWITCHES
+from footcal_cli.core.parameters import FloatArray
 
 Contender: TypeAlias = tuple[Cause, Refit, Problem]
 """A cause, its refit beside all others, and the problem that it leaves."""
@@ -95,6 +97,35 @@ def _contenders(
         if places and possible and signature.effect in KNEES and signature.where in places:
             found.setdefault(signature.effect, (signature, evidence.interval(c)))
     return list(found.values())
+
+
+def with_zeros(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    answer: Diagnosis,
+    taken: Collection[str],
+    signs: FloatArray,
+) -> list[Contender]:
+    """What explains nearly as much as the named cause with the zero that it changes, refitted.
+
+    One of each effect, where it explains most; parameters as of `refitted`.
+    """
+    lib, rules, first = answer.library, answer.rules, answer.causes[0]
+    gain = answer.search.first.gain.sum(axis=0)
+    least = rules.contender_share * float(gain[lib.causes.index(first.signature.cause)])
+    zeros = {owner: subject.zero(owner) for owner in known_zeros(subject.case)}
+    best: dict[str, tuple[float, Signature, Interval]] = {}
+    for signature, size, bought in with_their_zeros(
+        lib, zeros, subject.table, signs, rules.alpha_name
+    ):
+        most = best[signature.effect][0] if signature.effect in best else least
+        if signature.effect not in taken and bought > most:
+            best[signature.effect] = bought, signature, size
+    return [
+        fit(subject, causes, model, replace(first, signature=s, size=size, rivals=(), places=()))
+        for _, s, size in best.values()
+    ]
 
 
 def refitted_with(

@@ -1,4 +1,4 @@
-"""Sizes of single cells that stand at zero only because no cause could have the other sign.
+"""Sizes that only a bound stops; of single cells, at zero, as no cause could have the other sign.
 
 A cell may lag and cannot lead. What makes one cell lead (a loose mass that swings after each
 impact) looks like a lag of the others, and with a size for every cell the one that leads is held
@@ -14,11 +14,13 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, left_beside
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 _AT = 1e-3
@@ -73,3 +75,19 @@ def against_other_sign(
     bound = replace(after, accepted=np.hstack([free, rivals]))
     left = left_beside(bound, (unit_columns(columns[:, held]),), signs)
     return Unnamed(left, rival=False)
+
+
+def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:
+    """Whether a size stands at an end of its range: what is left then comes from the bound."""
+    if model is None:
+        return False
+    for cause in causes:
+        effect = subject.table[cause.signature.effect]
+        size = next(p for p in effect.parameters if p.name == cause.signature.parameter)
+        for owner, _ in cause.signature.owners:
+            value = model.values[f"{owner}.{size.name}"]
+            shape = {p.name: model.values[f"{owner}.{p.name}"] for p in effect.shapes}
+            most = effect.largest(size, shape)
+            if effect.name not in SWITCHES and not size.lower < value < most:
+                return True
+    return False

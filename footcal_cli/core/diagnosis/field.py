@@ -9,7 +9,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
-from footcal_cli.core.diagnosis.contenders import Contender, fit, refitted
+from footcal_cli.core.diagnosis.contenders import Contender, fit, refitted, with_zeros
+from footcal_cli.core.diagnosis.ends import at_an_end
 from footcal_cli.core.diagnosis.rivals import (
     SMOOTH,
     Tried,
@@ -88,17 +89,55 @@ def field_of(
     more = refitted(subject, causes, model, answer, about[-1], taken)
     while True:
         fits += [(one, subject.without_credit(one[2], one[1])) for one in more]
-        noise = _of_the_likeliest([fair for _, fair in fits])
-        family = _family(subject, about, [one[0] for one, _ in fits])
-        field = Field(subject, causes, model, signs, noise, family)
-        tried = [field.judged(one, fair) for one, fair in fits]
-        best = best_of(subject.table, tried, signs, rules)
+        field, tried, best = _judged(subject, causes, model, about, fits, signs, rules)
         taken |= {one[0].signature.effect for one in more}
         more = refitted(subject, causes, model, answer, best.cause, taken)
         if not more:
-            tried = [_from_the_bend_of(best, other, field) for other in tried]
-            return field, tried, best_of(subject.table, tried, signs, rules)
+            break
         about.append(best.cause)
+    others = {*failed, about[0].signature.effect, *(c.signature.effect for c in causes)}
+    more = with_zeros(subject, causes, model, answer, others, signs)
+    whole = _whole_with_zeros(field, more, rules)
+    if whole:
+        instead = {one[0].signature.effect for one, _ in whole}
+        fits = [item for item in fits if item[0][0].signature.effect not in instead]
+        fits += whole
+        field, tried, best = _judged(subject, causes, model, about, fits, signs, rules)
+    tried = [_from_the_bend_of(best, other, field) for other in tried]
+    return field, tried, best_of(subject.table, inside(subject, tried), signs, rules)
+
+
+def _judged(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit | None,
+    about: Sequence[Cause],
+    fits: Sequence[tuple[Contender, Problem]],
+    signs: FloatArray,
+    rules: Rules,
+) -> tuple[Field, list[Tried], Tried]:
+    """All contenders in the noise of the likeliest, and the best of them."""
+    noise = _of_the_likeliest([fair for _, fair in fits])
+    family = _family(subject, about, [one[0] for one, _ in fits])
+    field = Field(subject, causes, model, signs, noise, family)
+    tried = [field.judged(one, fair) for one, fair in fits]
+    return field, tried, best_of(subject.table, inside(subject, tried), signs, rules)
+
+
+def _whole_with_zeros(
+    field: Field, more: Sequence[Contender], rules: Rules
+) -> list[tuple[Contender, Problem]]:
+    """Those that leave nothing with the zero of their transducer free, which is much to be given.
+
+    What still leaves something then is not what is wrong: a free zero takes up part of any cause.
+    """
+    fits = [(one, field.subject.without_credit(one[2], one[1])) for one in more]
+    return [item for item in fits if field.judged(*item).p >= rules.alpha_whole]
+
+
+def inside(subject: Subject, tried: Sequence[Tried]) -> Sequence[Tried]:
+    """Contenders that no bound stops, if any: the size of another one is that of something else."""
+    return [t for t in tried if not at_an_end(subject, [t.cause], t.fitted)] or tried
 
 
 def _from_the_bend_of(best: Tried, other: Tried, field: Field) -> Tried:

@@ -13,7 +13,6 @@ from footcal_cli.core.diagnosis.sized import is_something, is_sure
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import FloatArray
 
 
@@ -62,22 +61,6 @@ def grown_by_one(
         tries += 1
         answer = diagnose(current, answer.rules, seed, start, failed)
     return unsettled or (None, first)
-
-
-def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) -> bool:
-    """Whether a size stands at an end of its range: what is left then comes from the bound."""
-    if model is None:
-        return False
-    for cause in causes:
-        effect = subject.table[cause.signature.effect]
-        size = next(p for p in effect.parameters if p.name == cause.signature.parameter)
-        for owner, _ in cause.signature.owners:
-            value = model.values[f"{owner}.{size.name}"]
-            shape = {p.name: model.values[f"{owner}.{p.name}"] for p in effect.shapes}
-            most = effect.largest(size, shape)
-            if effect.name not in SWITCHES and not size.lower < value < most:
-                return True
-    return False
 
 
 def named_columns(model: Refit | None, causes: Sequence[Cause]) -> FloatArray:

@@ -202,6 +202,31 @@ def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> I
     return np.array([lib.index(step.column) for step in found.steps], dtype=np.int64)
 
 
+def chosen_without(
+    lib: Library, fold: IntArray, rules: Rules, seed: int, effects: frozenset[str]
+) -> BoolArray:
+    """Blocks without whose fold one of some effects is the best of a single round, shape (B,).
+
+    Parameters
+    ----------
+    lib
+        Candidates of the round, beside the model of the rounds before it.
+    fold
+        Fold of each block, shape (B,).
+    rules, seed
+        Thresholds of that round; of sign patterns.
+    effects
+        Effects that begin its comparison.
+    """
+    searched, one = replace(lib, likeness=_likeness(lib, rules)), replace(rules, most_effects=1)
+    alike = np.zeros(fold.size, dtype=bool)
+    for f in range(int(fold.max(initial=-1)) + 1):
+        pick = _chosen_without(searched, fold != f, one, seed)
+        names = {lib.problem.signatures[i].effect for i in pick}
+        alike[fold == f] = bool(names) and names <= effects
+    return alike
+
+
 def level_of_fewer(level: float, fewer: int, blocks: int) -> float:
     """What the same evidence per block reaches in fewer blocks, at least four times their smallest.
 

@@ -13,9 +13,10 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.change_points import best_between
 from footcal_cli.core.diagnosis.comparison import decided_again
 from footcal_cli.core.diagnosis.contenders import refitted_with
+from footcal_cli.core.diagnosis.ends import at_an_end
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
-from footcal_cli.core.diagnosis.growth import at_an_end, grown_by_one
+from footcal_cli.core.diagnosis.growth import grown_by_one
 from footcal_cli.core.diagnosis.jumps import Jump, once_beside
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating

@@ -179,8 +179,9 @@ def _next_step(
         before = max(start_loss - float(loss.sum()), 0.0)
         column = lib.index(int(evidence.best[c]))
         touched = _touched(lib.problem, column)
-        # what acts at one place is no form of what acts at all of them
-        share = rules.later_share if lib.local[column] else rules.second_share
+        # what acts at one place is no form of what acts at all of them, nor of what acts elsewhere
+        no_form = lib.local[column] or _elsewhere(lib, column, before_it)
+        share = rules.later_share if no_form else rules.second_share
         needed = max(rules.smallest_gain * touched * float(loss.sum()), share * before)
         plain = evidence.plain_gain[:, c]
         if plain.sum() < refused:
@@ -222,6 +223,17 @@ def _next_step(
             plain, loss, rivals, places,
         ), why  # fmt: skip
     return None, why
+
+
+def _elsewhere(lib: Library, column: int, taken: Sequence[int]) -> bool:
+    """Whether a candidate acts on other sensors than all that is in the model, as hung legs are."""
+    problem = lib.problem
+    if problem.settings is None or problem.settings.sensor is None:
+        return False
+    mine = problem.columns[:, column] != 0.0
+    named = problem.columns[np.ix_(mine, [lib.index(c) for c in taken])]
+    before = named if problem.accepted is None else np.hstack([named, problem.accepted[mine]])
+    return not before.any()
 
 
 def _touched(problem: Problem, column: int) -> float:

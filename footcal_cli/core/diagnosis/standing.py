@@ -27,7 +27,7 @@ from footcal_cli.core.diagnosis.gain import (
     removed_in_what_is_open,
     without_rivals,
 )
-from footcal_cli.core.diagnosis.nested import likeness_of, nested_losses
+from footcal_cli.core.diagnosis.nested import chosen_without, likeness_of, nested_losses
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.diagnosis.rules import Rules
@@ -38,7 +38,7 @@ from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import held_out_loss
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _HIDING = frozenset({Trait.LOW_PASS, Trait.SPECTRUM})
 LEAST_STABLE = 0.5
@@ -116,7 +116,19 @@ def standing(
     alike = nested.alike(begun, path.dropped)
     if count == 1 and path.model is not None and not alike.all():
         others = frozenset().union(*nested.chosen) - begun[0]
-        alike = nested.alike([begun[0] | set(_outdone(subject, path, path.model, others))])
+        behind = _behind(subject, path, path.model, others, nested.fold)
+        alike = np.zeros(problem.blocks, dtype=bool)
+        for f in range(len(nested.chosen)):
+            mine = begun[0] | {effect for effect, where in behind.items() if where[f]}
+            alike |= (nested.fold == f) & nested.alike([mine])
+    if count > 1 and not alike.all():
+        # what one cause leaves shows the next one only once the first is fitted
+        alike = alike | np.all([
+            chosen_without(
+                answer.library, nested.fold, answer.rules, seed, frozenset().union(*begun[i:])
+            )
+            for i, answer in enumerate(path.answers)
+        ], axis=0)  # fmt: skip
     extended = without_rivals(final, path.model)
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)
@@ -155,8 +167,14 @@ def happened(subject: Subject, path: Path, verdict: Verdict) -> Standing:
     return Standing(path, verdict, 1.0, gains, stable=1.0, p=path.causes[0].p)
 
 
-def _outdone(subject: Subject, path: Path, model: Refit, effects: Iterable[str]) -> list[str]:
-    """Effects that surely predict left-out blocks worse in the place of the only cause."""
+def _behind(
+    subject: Subject, path: Path, model: Refit, effects: Iterable[str], fold: IntArray
+) -> dict[str, BoolArray]:
+    """Effects that predict left-out blocks worse in the place of the only cause, by fold, (folds,).
+
+    Without a fold a look-alike that it was compared with begins the same comparison, on what the
+    other blocks lose; any other effect must surely be worse.
+    """
 
     def loss(bare: Problem, fitted: Refit) -> FloatArray:
         fair = subject.without_credit(bare, fitted)
@@ -164,11 +182,13 @@ def _outdone(subject: Subject, path: Path, model: Refit, effects: Iterable[str])
         return held_out_loss(grams.inner, grams.calibration)
 
     mine = loss(subject.bare(model, [replace(path.causes[0], rivals=(), places=())]), model)
-    found = []
+    found = {}
     for effect in sorted(effects):
-        cause, fitted, bare = fit(subject, (), None, _best_of(path, effect))
-        if excess_of(loss(bare, fitted), mine).low > 0.0:
-            found.append(cause.signature.effect)
+        _, fitted, bare = fit(subject, (), None, _best_of(path, effect))
+        other = loss(bare, fitted)
+        left = float(np.sum(other - mine)) - np.bincount(fold, other - mine)
+        surely = excess_of(other, mine).low > 0.0
+        found[effect] = (left > 0.0) & (effect in path.causes[0].compared) | surely
     return found
 
 

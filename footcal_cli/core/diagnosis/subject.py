@@ -15,6 +15,7 @@ from footcal_cli.core.diagnosis.bridge import (
     known_of,
     problem_from,
 )
+from footcal_cli.core.diagnosis.zeros import changed, is_zero, zero_columns
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.case import Case, residual
 from footcal_cli.core.inference.linear import unit_columns
@@ -56,6 +57,7 @@ class Subject:
     describe: Describe
     advance: Advance = uncounted
     _refits: dict[tuple[object, ...], Refit] = field(default_factory=dict, init=False, repr=False)
+    _zeros: dict[str, FloatArray] = field(default_factory=dict, init=False, repr=False)
     _whole: dict[int, tuple[Refit, Problem]] = field(default_factory=dict, init=False, repr=False)
 
     def refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
@@ -86,6 +88,7 @@ class Subject:
     def _refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
         problem = self.problem.without_usual({effect.name for effect, _ in accepted})
+        problem = replace(problem, accepted=self._beside_zeros(causes))
         model = refit(self.case, problem, accepted, start)
         if problem.calibration_turn is None or problem.known is not None or problem.drifts:
             return model
@@ -126,7 +129,10 @@ class Subject:
         if known.issuperset(whole.usual_of):
             return model
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
-        problem = replace(self.problem, usual=whole.usual, usual_of=whole.usual_of)
+        problem = replace(
+            self.problem, usual=whole.usual, usual_of=whole.usual_of,
+            accepted=self._beside_zeros(causes),
+        )  # fmt: skip
         start = {n: v for n, v in model.values.items() if n not in self.case.values}
         self.advance(1)
         return refit(self.case, problem, accepted, start)
@@ -173,6 +179,29 @@ class Subject:
         return extended.scaled(shrinkage(self.case, self.problem, fitted.chain, fitted.values))
 
     def _accepted(self, model: Refit, causes: Sequence[Cause]) -> FloatArray:
-        """Columns of the effects in the model and of their rivals, shape (m, a)."""
+        """Columns of the effects in the model, their rivals and their zeros, shape (m, a)."""
         rivals = [s for c in causes for s in (*c.rivals, *c.places)]
-        return np.hstack([unit_columns(model.columns), self.beside(model, rivals)])
+        zeros = [self.zero(owner) for owner in changed(self.table, causes)]
+        return np.hstack([unit_columns(model.columns), self.beside(model, rivals), *zeros])
+
+    def zero(self, owner: str) -> FloatArray:
+        """What the zero of an owner does to the residual where hanging knows it, shape (m, z)."""
+        if owner not in self._zeros:
+            self._zeros[owner] = zero_columns(self.case, self.problem, owner)
+        return self._zeros[owner]
+
+    def zero_is_named(self, causes: Sequence[Cause]) -> bool:
+        """Whether a cause is nothing but the zero that another one of them has changed.
+
+        What is left of its size is then where a free zero is not quite a straight line.
+        """
+        return any(
+            is_zero(self.problem, self.zero(owner), cause.signature)
+            for owner in changed(self.table, causes) for cause in causes
+            if [name for name, _ in cause.signature.owners] == [owner]
+        )  # fmt: skip
+
+    def _beside_zeros(self, causes: Sequence[Cause]) -> FloatArray | None:
+        """What is fitted beside a model of causes: zeros that they have changed."""
+        zeros = [self.zero(owner) for owner in changed(self.table, causes)]
+        return np.hstack(zeros) if zeros else self.problem.accepted

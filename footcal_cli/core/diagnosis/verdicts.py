@@ -13,7 +13,7 @@ from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bends import against_bends, bend_left, bends_of, bent_axes
 from footcal_cli.core.diagnosis.change_points import has_change_point
-from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
+from footcal_cli.core.diagnosis.ends import against_other_sign, at_an_end, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
     enough,
     left_apart,
@@ -22,7 +22,7 @@ from footcal_cli.core.diagnosis.engine import (
     share_of,
 )
 from footcal_cli.core.diagnosis.form import Form, form_of
-from footcal_cli.core.diagnosis.growth import at_an_end, named_columns
+from footcal_cli.core.diagnosis.growth import named_columns
 from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.pairs import in_other_cells
@@ -58,6 +58,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         or bend_left(last, path.causes, path.model)
         or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
         or _outdone(subject, path, rules)
+        or subject.zero_is_named(path.causes)
     )
     bent = any(item.as_form and item.left.p < rules.alpha_form for item in unnamed)
     if verdict is Verdict.NAMED_UNKNOWN and bent:

@@ -110,6 +110,7 @@ class Trait(StrEnum):
     BELIEF = "acts on what is believed, not on readings"
     LINEAR = "a matrix between true and shown wrench"
     AXIS_GAIN = "a gain of each axis"
+    ZERO_TOO = "changes what a transducer shows of any load, and with it its zero"
     CURVE = "a curve of a cell's own load"
     SMOOTH = "a curve of one number, without a knee"
     KNEE = "a curve that is straight on both sides of its knee"

@@ -183,7 +183,7 @@ MOUNT_ROTATION = Effect(
 
 SCALE_MATRIX = Effect(
     name="scale_matrix",
-    traits=(Trait.AXIS_GAIN, Trait.LINEAR),
+    traits=(Trait.AXIS_GAIN, Trait.LINEAR, Trait.ZERO_TOO),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(f"gain_{axis}", "-", 0.0, -0.4, 0.4, 0.02) for axis in AXES),
@@ -199,7 +199,7 @@ SCALE_MATRIX = Effect(
 
 CROSS_COUPLING = Effect(
     name="cross_coupling",
-    traits=(Trait.LINEAR,),
+    traits=(Trait.LINEAR, Trait.ZERO_TOO),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(
@@ -217,7 +217,7 @@ CROSS_COUPLING = Effect(
 
 AXIS_FLIP = Effect(
     name="axis_flip",
-    traits=(Trait.AXIS_GAIN, Trait.LINEAR, Trait.SWITCH),
+    traits=(Trait.AXIS_GAIN, Trait.LINEAR, Trait.SWITCH, Trait.ZERO_TOO),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=tuple(EffectParameter(f"flip_{axis}", "-", 0.0, 0.0, 1.0, 0.3) for axis in AXES),
@@ -233,6 +233,7 @@ AXIS_FLIP = Effect(
 
 CASE_STRAIN = Effect(
     name="case_strain",
+    traits=(Trait.ZERO_TOO,),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=(

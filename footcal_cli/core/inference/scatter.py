@@ -57,7 +57,9 @@ class Scatter:
         weight = np.sum(self.apart**2, axis=0) * turn**2
         known = float(np.sum(weight * self.informative) / max(float(weight.sum()), 1e-300))
         found = jackknife_interval(value, value + self.apart @ turn, informative=known)
-        beyond = float(np.sqrt(beyond**2 + turn @ self.known @ turn))
+        beyond = float(
+            np.sqrt(max(beyond**2 + float(turn @ self.known @ turn), 0.0))
+        )  # but for rounding
         if not beyond:
             return found
         half = float(np.hypot(found.high - value, 2.0 * beyond))

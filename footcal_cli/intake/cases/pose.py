@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT, LEG_WEIGHT
+from footcal_cli.core.effects.six_axis_beliefs import BODY_TILT
 from footcal_cli.core.experiments.pose import EXPERIMENT
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.parameters import FloatArray, IntArray, Parameter, ParameterSet
 from footcal_cli.core.pose.common import common_turn
 from footcal_cli.core.pose.data import Geometry, pose_data
-from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.seating import standing_axes
-from footcal_cli.errors import DataError
+from footcal_cli.core.quality import Finding
 from footcal_cli.intake.cases.shared import CaseRead, baseline_of, chain_of, in_order, of_cells
 from footcal_cli.intake.legs import without_effects
 from footcal_cli.intake.poses import noise_sd_of, raw_poses
@@ -45,7 +43,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     asked = recipe.options_for(PoseCalibOptions, "pose_calib")
     raw, legs, _ = raw_poses(session, asked)
     log = replace(raw, block=pose_blocks(len(raw)))
-    chain, values, free = _model(session, log.channels)
+    chain, values, free, beyond = _model(session, log.channels)
     weight_n = float(log.known["robot_weight_n"][0])
     case = Case(
         experiment=EXPERIMENT,
@@ -60,11 +58,14 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     data = pose_data(without_effects(raw, session.parameters))
     hung = zip(data.geometry.legs, legs, strict=True)
     case = with_known_offsets(case, {name: leg.covariance[:6, :6] for name, leg in hung})
-    untested = of_cells(EXPERIMENT) | _known_from_hanging(legs, case.tolerance_n)
+    # hanging knows a leg as it hung: what is screwed on before it stands is a rival of the robot's
+    # weight, however well the leg was weighed
+    untested = of_cells(EXPERIMENT)
     untested[BODY_TILT.name] = _tilt_or_mountings(data.geometry, values)
     sd, _ = noise_sd_of(asked, len(legs), data.robot_weight_n)
     seen = standing_axes(data, legs, sd, asked.com_sd_m, asked.translation_sd_m)
-    return CaseRead(case, seen, untested, in_order(EXPERIMENT, "pose", POSE_S))
+    # what else is wrong may have driven the mountings there
+    return CaseRead(case, seen or beyond, untested, in_order(EXPERIMENT, "pose", POSE_S))
 
 
 def with_known_offsets(case: Case, hung: Mapping[str, FloatArray]) -> Case:
@@ -85,14 +86,6 @@ def with_known_offsets(case: Case, hung: Mapping[str, FloatArray]) -> Case:
         at = [names.index(f"{leg}.offset_{axis}") for axis in AXES]
         precision[np.ix_(at, at)] = scaled_inverse(covariance + np.diag(moves**2), _RCOND)
     return replace(case, known=precision)
-
-
-def _known_from_hanging(legs: Sequence[LegKnowledge], tolerance_n: float) -> dict[str, str]:
-    """Leg weights that hanging knows far better than poses need: there they copy the robot's."""
-    sd = float(np.sqrt(sum(leg.covariance[6, 6] for leg in legs)))
-    if not 0.0 < 2.0 * sd < tolerance_n:
-        return {}
-    return {LEG_WEIGHT.name: f"hanging knows the sum of the legs' weights to ± {sd:.2g} N"}
 
 
 def _tilt_or_mountings(geometry: Geometry, values: Mapping[str, float]) -> str:
@@ -116,25 +109,28 @@ def pose_blocks(poses: int) -> IntArray:
 
 def _model(
     session: Session[DiagnoseOptions], channels: Sequence[str]
-) -> tuple[Chain, dict[str, float], tuple[Parameter, ...]]:
-    """Chain, its values, and what of it is calibrated."""
+) -> tuple[Chain, dict[str, float], tuple[Parameter, ...], list[Finding]]:
+    """Chain, its values, what of it is calibrated, and which of that no mounting error is.
+
+    From such a value nothing starts: the recipe's mounting stands in for it.
+    """
     # what `pose-calib` estimates, whether the calibration given has it already or not
     calibrated = EXPERIMENT.calibration
     chain, values = chain_of(baseline_of(session), channels, calibrated)
     names = [item.names() for item in chain.links if item.effect.name in calibrated]
     free = [p for p in chain.parameters() if any(p.name in own for own in names)]
-    given = session.request.parameters
-    return chain, values, tuple(_at(p, values, given) for p in free)
+    beyond = [_beyond(p, values[p.name]) for p in free
+              if not p.lower <= values.get(p.name, p.value) <= p.upper]  # fmt: skip
+    values = {**values, **{p.name: p.value for p in free if p.name in {f.where for f in beyond}}}
+    free = [replace(p, value=values.get(p.name, p.value)) for p in free]
+    return chain, values, tuple(free), beyond
 
 
-def _at(parameter: Parameter, values: Mapping[str, float], given: Path | None) -> Parameter:
-    """A parameter at its calibrated value; refused where no mounting error is that large."""
-    value = values.get(parameter.name, parameter.value)
-    if not parameter.lower <= value <= parameter.upper:
-        raise DataError(
-            f"{parameter.name} is {value:.3g} {parameter.unit}, beyond {parameter.lower:g} to "
-            f"{parameter.upper:g} {parameter.unit}: that leg sits elsewhere than the recipe says",
-            file=given,
-            remedy="check which plug belongs to which leg, and position_m in [robot.legs]",
-        )
-    return replace(parameter, value=value)
+def _beyond(parameter: Parameter, value: float) -> Finding:
+    """A calibrated value that no mounting error has."""
+    return Finding(
+        "leg_elsewhere", "alarm", parameter.name,
+        f"{parameter.name} is {value:.3g} {parameter.unit}, beyond {parameter.lower:g} to "
+        f"{parameter.upper:g} {parameter.unit}: that leg sits elsewhere than the recipe says",
+        "check which plug belongs to which leg, and position_m in [robot.legs]",
+    )  # fmt: skip
