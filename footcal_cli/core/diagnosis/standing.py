@@ -125,7 +125,8 @@ def standing(
         # what one cause leaves shows the next one only once the first is fitted
         alike = alike | np.all([
             chosen_without(
-                answer.library, nested.fold, answer.rules, seed, frozenset().union(*begun[i:])
+                answer.library, nested.fold, answer.rules, seed,
+                frozenset().union(*begun[i:]) - _ruled_out_later(path),
             )
             for i, answer in enumerate(path.answers)
         ], axis=0)  # fmt: skip
@@ -158,6 +159,16 @@ def standing(
     innovated = undone and problem.tracking is not None and path.removed > 0.0
     better = better or innovated or bought(gains, problem) > 0.0
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, better, departure)
+
+
+def _ruled_out_later(path: Path) -> frozenset[str]:
+    """Rivals of the causes before the last, which only a later cause spoke against.
+
+    Without a fold that chooses one of them the later cause would not have been looked for.
+    """
+    before, now = path.shorter, (s for c in path.causes for s in (c.signature, *c.rivals))
+    was = () if before is None else (s for c in before.causes for s in c.rivals)
+    return frozenset(s.effect for s in was) - frozenset(s.effect for s in now)
 
 
 def happened(subject: Subject, path: Path, verdict: Verdict) -> Standing:
