@@ -123,13 +123,15 @@ def standing(
             alike |= (nested.fold == f) & nested.alike([mine])
     if count > 1 and not alike.all():
         # what one cause leaves shows the next one only once the first is fitted
-        alike = alike | np.all([
+        gone = _ruled_out_later(path)
+        rounds = [
             chosen_without(
                 answer.library, nested.fold, answer.rules, seed,
-                frozenset().union(*begun[i:]) - _ruled_out_later(path),
+                frozenset().union(*begun[i:]) - gone,
             )
             for i, answer in enumerate(path.answers)
-        ], axis=0)  # fmt: skip
+        ]  # fmt: skip
+        alike = alike | np.all(rounds, axis=0)
     extended = without_rivals(final, path.model)
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)

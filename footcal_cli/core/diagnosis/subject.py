@@ -181,8 +181,8 @@ class Subject:
     def _accepted(self, model: Refit, causes: Sequence[Cause]) -> FloatArray:
         """Columns of the effects in the model, their rivals and their zeros, shape (m, a)."""
         rivals = [s for c in causes for s in (*c.rivals, *c.places)]
-        zeros = [self.zero(owner) for owner in changed(self.table, causes)]
-        return np.hstack([unit_columns(model.columns), self.beside(model, rivals), *zeros])
+        columns = unit_columns(model.columns), self.beside(model, rivals)
+        return np.hstack([*columns, *self._changed_zeros(causes)])
 
     def zero(self, owner: str) -> FloatArray:
         """What the zero of an owner does to the residual where hanging knows it, shape (m, z)."""
@@ -203,5 +203,8 @@ class Subject:
 
     def _beside_zeros(self, causes: Sequence[Cause]) -> FloatArray | None:
         """What is fitted beside a model of causes: zeros that they have changed."""
-        zeros = [self.zero(owner) for owner in changed(self.table, causes)]
+        zeros = self._changed_zeros(causes)
         return np.hstack(zeros) if zeros else self.problem.accepted
+
+    def _changed_zeros(self, causes: Sequence[Cause]) -> list[FloatArray]:
+        return [self.zero(owner) for owner in changed(self.table, causes)]

@@ -29,11 +29,16 @@ _RCOND, _NOTHING = 1e-9, 1e-6
 
 def changed(table: Mapping[str, Effect], causes: Sequence[Cause]) -> list[str]:
     """Who has a cause of its own that changes its zero; what all have alike is no change of one."""
-    return list(dict.fromkeys(
-        cause.signature.owners[0][0] for cause in causes
-        if Trait.ZERO_TOO in table[cause.signature.effect].traits
-        and len(cause.signature.owners) == 1 and len(cause.signature.owners[0][1]) == 1
-    ))  # fmt: skip
+    owners = (_changed_by(table, cause.signature) for cause in causes)
+    return list(dict.fromkeys(owner for owner in owners if owner is not None))
+
+
+def _changed_by(table: Mapping[str, Effect], signature: Signature) -> str | None:
+    """Whose zero a candidate changes, None where nobody's alone."""
+    if Trait.ZERO_TOO not in table[signature.effect].traits or len(signature.owners) != 1:
+        return None
+    owner, members = signature.owners[0]
+    return owner if len(members) == 1 else None
 
 
 def known_zeros(case: Case) -> list[str]:
@@ -93,9 +98,8 @@ def with_their_zeros(
     """
     kin: dict[str, list[int]] = {}
     for k, signature in enumerate(lib.problem.signatures):
-        own = len(signature.owners) == 1 and len(signature.owners[0][1]) == 1
-        owner = signature.owners[0][0]
-        if own and owner in zeros and Trait.ZERO_TOO in table[signature.effect].traits:
+        owner = _changed_by(table, signature)
+        if owner is not None and owner in zeros:
             kin.setdefault(owner, []).append(k)
     if not kin:
         return
