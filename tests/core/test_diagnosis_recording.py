@@ -10,10 +10,8 @@ from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.recording import noise_of_smoothed, steps_of, swings_apart
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
-from footcal_cli.core.experiments.contract import Balance
 from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.grams import whitened_grams
-from footcal_cli.core.inference.ideal import _noise, _reading_share
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
@@ -74,19 +72,6 @@ def test_loads_of_a_quick_gait_are_no_noise_of_readings() -> None:
         noise = rng.normal(0.0, sd, (time_s.size, 1))
         found = noise_of_smoothed(load + noise, low_pass(load + noise, RATE_HZ), RATE_HZ)[0]
         assert found == pytest.approx(float(low_pass(noise, RATE_HZ).std()), rel=0.25)
-
-
-def test_readings_that_stand_still_at_rest_are_not_free_of_noise() -> None:
-    """A total with noise 2 of four cells with noise 1 each; a coarse cell at rest shows none."""
-    rng = np.random.default_rng(3)
-    error = np.column_stack([rng.normal(0.0, 2.0, 2000), np.zeros(2000)])
-    derivative = np.zeros((2000, 2, 4))
-    derivative[:, 0] = 1.0
-    derivative[:, 1, 0] = 1.0
-    balance = Balance(("fz", "left_0"), ("N", "N"), error, np.ones((2000, 2), dtype=bool))
-    noise = _noise(balance, 1)
-    assert _reading_share(noise, derivative, balance.valid, 0.0)[0] == 0.0
-    assert _reading_share(noise, derivative, balance.valid, 1.0)[0] == pytest.approx(1.0, abs=0.1)
 
 
 def _stances(count: int, seconds: float) -> Log:

@@ -218,7 +218,7 @@ def test_readings_without_noise_are_the_same_on_the_judged_rows_alone() -> None:
 
 def test_what_remembers_a_load_does_not_remember_the_noise_of_the_swing() -> None:
     """A row before lift-off reads what the swing's first row does, which is that one's residual."""
-    case = walk_case(3, None, duration_s=12.0)
+    case = walk_case(3, None, duration_s=24.0)
     (ideal,), (log,) = balanced(case, case.values).logs, case.logs
     clean, noisy = (case.chain.truth(one, case.values, None) for one in (ideal, log))
     valid = case.experiment.balance(noisy).valid[:, 3:]

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.chain import Chain, Seen
-from footcal_cli.core.experiments.contract import Balance
+from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.exogenous import shared_with_inputs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
-from footcal_cli.core.signals import means_of, median_sd, stretches
+from footcal_cli.core.signals import means_of, stretches
 
 TORQUE_SHARE = 0.1  # noise of a torque axis in Nm, per newton of noise of a force axis
-_FEW_STEPS = 10
 _BESIDE_S, _ALIKE_S = 0.2, 0.03
 """So long before and after a swing its cells are taken to read what they read in it on average, and
 so long that smoothed noise hardly changes (5 Hz)."""
@@ -52,20 +52,17 @@ def balanced(
         truth = used.truth(case.judged[number] if few else log, values, of_log)
         balance, derivative, spread = _linearised(case, truth)
         error = np.where(balance.valid, np.nan_to_num(balance.error), 0.0)
-        share, beside = np.ones(len(balance.outputs)), np.zeros_like(truth.readings)
-        if case.demand_noisy:
-            all_rows = used.truth(log, values, of_log) if few else truth
-            whole = case.experiment.balance(all_rows) if few else balance
-            apart = 1 if few else case.stride
-            shown = derivative[::apart], balance.valid[::apart]
-            share = _reading_share(_noise(whole, case.stride), *shown, case.reading_noise_n)
-            beside = _noise_beside(all_rows, whole, shown[0] / spread)
-            beside = beside[:: case.stride if few else 1]
-            error = error - (derivative @ (beside / spread)[..., None])[..., 0]
-        change = beside + _least_change(derivative, share * error, balance.valid) * spread
-        ideal = truth.with_readings(truth.readings - change)
-        if case.demand_noisy:
-            ideal = _demand_moved(ideal, case.experiment.balance(ideal))
+        if not case.demand_noisy:
+            change = _least_change(derivative, error, balance.valid) * spread
+            ideal = truth.with_readings(truth.readings - change)
+        else:
+            whole = used.truth(log, values, of_log) if few else truth
+            rows = slice(None, None, case.stride if few else 1)
+            parts = _noise_of_both_sides(case.experiment, whole, derivative / spread)
+            beside, felt, turning = (part[rows] for part in parts)
+            change = beside + _least_change(derivative, felt, balance.valid) * spread
+            ideal = truth.with_readings(truth.readings - change)
+            ideal = _demand_moved(case.experiment, ideal, turning)
         logs.append(used.apply(ideal, values)[0])
     return replace(case, logs=tuple(logs), stride=1 if few else case.stride)
 
@@ -111,6 +108,28 @@ def _least_change(derivative: FloatArray, error: FloatArray, valid: BoolArray) -
     return change
 
 
+def _noise_of_both_sides(
+    experiment: Experiment, truth: Log, derivative: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Noise of channels beside swings (n, c), and parts of the rest in readings and L̇, (n, k).
+
+    Parameters
+    ----------
+    truth
+        All rows of a walk.
+    derivative
+        Of the balance by the channels, of some rows, (m, k, c).
+    """
+    balance = experiment.balance(truth)
+    beside = _noise_beside(truth, balance, derivative)
+    quiet = truth.with_readings(truth.readings - beside)
+    balance = experiment.balance(quiet)
+    felt, turning = shared_with_inputs(experiment, quiet, balance)
+    alone = (derivative != 0.0).sum(axis=2).max(axis=0, initial=0) == 1
+    felt = np.where(alone & balance.valid, np.nan_to_num(balance.error), felt)
+    return beside, felt, turning
+
+
 def _noise_beside(truth: Log, balance: Balance, derivative: FloatArray) -> FloatArray:
     """Noise of channels in rows that demand nothing of them, from rows beside that do, (n, c).
 
@@ -143,62 +162,27 @@ def _noise_beside(truth: Log, balance: Balance, derivative: FloatArray) -> Float
     return noise
 
 
-def _noise(balance: Balance, stride: int) -> FloatArray:
-    """Squared noise of each output, NaN where few rows count: steps between judged rows, (2, k).
+def _demand_moved(experiment: Experiment, log: Log, turning: FloatArray) -> Log:
+    """A standing or walking log whose body moves as the readings demand, where both are noisy.
 
-    Of the middle of all steps, where a touch-down is no noise; and of all of them, where a coarse
-    converter takes few.
-    """
-    noise = np.full((2, len(balance.outputs)), np.nan)
-    for k in range(len(balance.outputs)):
-        both = balance.valid[stride:, k] & balance.valid[:-stride, k]
-        steps = (balance.error[stride:, k] - balance.error[:-stride, k])[both]
-        if steps.size > _FEW_STEPS:
-            noise[:, k] = median_sd(steps) ** 2 / 2.0, np.mean(steps**2) / 2.0
-    return noise
-
-
-def _reading_share(
-    noise: FloatArray, derivative: FloatArray, valid: BoolArray, least_n: float
-) -> FloatArray:
-    """Share of each output's noise that comes from the readings, shape (k,).
-
-    The noise of single channels is seen where they must read zero (swing). It is at least
-    `least_n`: under load it may be larger, and a coarse converter shows none at rest.
+    L̇ takes its part of the moments. Acceleration takes the rest of the forces, and that of the
+    moments where no horizontal force is measured, else the horizontal place of the CoM does ([NAO],
+    eqs. (9)–(11)). An acceleration is differentiated twice: left noisy, its derivatives share their
+    noise with the residual. What a gait cycle shows on average is no noise: with a CoM that is off,
+    an acceleration of ``g Δ / c_z`` would stand in every column of the acceleration.
 
     Parameters
     ----------
-    noise
-        Squared, of the middle and of all steps of each output, (2, k).
-    derivative, valid
-        Of the judged rows, (n, k, c) and (n, k).
+    turning
+        What L̇ holds of the errors, (n, k).
     """
-    acting = (derivative != 0.0) @ np.ones(derivative.shape[2])
-    single = acting.max(axis=0, initial=0) == 1
-    middle, every = noise
-    share = np.ones(middle.size)
-    if not np.isfinite(every[single]).any():
-        return share
-    of_reading = max(float(np.nanmedian(every[single])), least_n**2)
-    for k in np.flatnonzero(~single & np.isfinite(middle)):
-        mine = derivative[valid[:, k], k]
-        lever = float(np.mean(np.einsum("nc,nc->n", mine, mine)))
-        share[k] = np.clip(of_reading * lever / max(float(middle[k]), 1e-300), 0.0, 1.0)
-    return share
-
-
-def _demand_moved(log: Log, balance: Balance) -> Log:
-    """A standing or walking log whose body moves as the readings demand, where both are noisy.
-
-    Acceleration takes the rest of the forces, and that of the moments where no horizontal force is
-    measured, else the horizontal place of the CoM does ([NAO], eqs. (9)–(11)). An acceleration is
-    differentiated twice: left noisy, its derivatives share their noise with the residual. What a
-    gait cycle shows on average is no noise: with a CoM that is off, an acceleration of
-    ``g Δ / c_z`` would stand in every column of the acceleration.
-    """
+    balance = experiment.balance(log)
     at = {name: i for i, name in enumerate(balance.outputs)}
     if not {"fz", "mx", "my"} <= set(at):
         return log
+    rate = log.known["angmom_rate_nm"] + turning[:, [at["mx"], at["my"]]]
+    log = log.with_known(angmom_rate_nm=rate)
+    balance = experiment.balance(log)
 
     cycle = log.block - log.block.min(initial=0)  # rows of none are −1
 

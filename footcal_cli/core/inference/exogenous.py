@@ -1,0 +1,99 @@
+"""What an error shares with its own inputs, so that columns taken at them are free of its noise.
+
+A sole lies a millimetre from where the joints have it: the cells feel that, the model does not know
+it, and the moment's error moves with the readings. An acceleration differentiated twice is noise
+that no cell feels. Each side has frequencies of its own, and cycles of a gait differ by both.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from footcal_cli.core.contact import cycle_phase
+from footcal_cli.core.effects.contract import Scope, columns_of
+from footcal_cli.core.experiments.contract import Balance, Experiment
+from footcal_cli.core.log import Log
+from footcal_cli.core.parameters import FloatArray, IntArray
+
+_POINTS = 64
+"""Of a cycle: 20 Hz of a cycle of 1.5 s, of which a low-pass at 10 Hz leaves nothing."""
+_BANDS = np.array([0, 1, 2, 4, 8, 16])
+"""First harmonic of each."""
+_LEAST_CYCLES = 5
+
+
+def shared_with_inputs(
+    experiment: Experiment, log: Log, balance: Balance
+) -> tuple[FloatArray, FloatArray]:
+    """What of each error the readings hold, and what L̇ does, each (n, k); without a gait: all, 0.
+
+    ``e_x(f) = b_x(f) e(f), b_x = Re Σ ΔX ΔE* / Σ |ΔE|²`` of an input X by differences between
+    consecutive cycles: ``X − b_x E`` is free of what it shares with the error E. Of all inputs
+    the b sum to one. What repeats with the gait is no noise.
+
+    Parameters
+    ----------
+    experiment, log, balance
+        Of a walk, all its rows.
+
+    Source: Durbin, Rev. Int. Stat. Inst. 22, 23 (1954), regressors that share the error's noise.
+    """
+    phase = cycle_phase(log.known["contact"])
+    starts = np.flatnonzero(phase == 0.0)
+    error = np.where(balance.valid, balance.error, np.nan)
+    shared = np.stack([np.nan_to_num(error), np.zeros_like(error)])
+    still = log.with_known(angmom_rate_nm=np.zeros((len(log), 2)))
+    turning = balance.error - experiment.balance(still).error
+    inputs = np.stack([error, _of_readings(experiment, log, balance), turning])
+    for k in np.flatnonzero(balance.valid.any(axis=0)):
+        cycles = _cycles(inputs[:, :, k].T, starts)
+        if len(cycles) < _LEAST_CYCLES:
+            continue
+        odd = np.nan_to_num(error[:, k] - _repeated(cycles[:, 0].mean(axis=0), phase))
+        harmonic = np.fft.rfftfreq(odd.size) * np.median(np.diff(starts))
+        middle = 0.5 * (_BANDS + np.append(_BANDS[1:], _POINTS // 2) - 1)
+        for part, gain in zip(shared, _gains(cycles), strict=True):
+            kept = np.fft.rfft(odd) * np.interp(harmonic, middle, gain)
+            part[:, k] = np.where(balance.valid[:, k], np.fft.irfft(kept, odd.size), 0.0)
+    return shared[0], shared[1]
+
+
+def _of_readings(experiment: Experiment, log: Log, balance: Balance) -> FloatArray:
+    """What the readings add to each output, to a moment by turning about their own feet, (n, k)."""
+    apart = log.readings.copy()
+    torque = np.char.find(np.array(log.channels), ".t") >= 0
+    apart[:, torque] = 0.0
+    if not torque.any():
+        for cells in columns_of(Scope.FOOT, log.channels):
+            apart[:, cells] = apart[:, cells].mean(axis=1, keepdims=True)
+    moment = np.array([unit == "Nm" for unit in balance.units])
+    none = experiment.balance(log.with_readings(np.zeros_like(apart))).error
+    untwisted = experiment.balance(log.with_readings(apart)).error
+    return np.asarray(balance.error - np.where(moment, untwisted, none))
+
+
+def _cycles(series: FloatArray, starts: IntArray) -> FloatArray:
+    """Series (n, s) on points of each cycle in which all are known, shape (cycles, s, points)."""
+    found = []
+    for start, stop in pairwise(starts):
+        one = series[start:stop]
+        if np.isfinite(one).all():
+            at = np.arange(_POINTS) / _POINTS * (stop - start)
+            found.append([np.interp(at, np.arange(stop - start), x) for x in one.T])
+    return np.array(found).reshape(-1, series.shape[1], _POINTS)
+
+
+def _repeated(cycle: FloatArray, phase: FloatArray) -> FloatArray:
+    """A cycle's course (points,) at each phase, its mean where there is none, shape (n,)."""
+    course = np.interp(phase, np.arange(_POINTS + 1) / _POINTS, np.append(cycle, cycle[0]))
+    return np.asarray(np.where(np.isfinite(phase), course, cycle.mean()))
+
+
+def _gains(cycles: FloatArray) -> FloatArray:
+    """Share b of each input and band, (x, bands), from errors and inputs, (cycles, 1 + x, p)."""
+    error, *inputs = np.moveaxis(np.fft.rfft(np.diff(cycles, axis=0), axis=2), 1, 0)
+    both = [(each * error.conj()).real.sum(axis=0) for each in (error, *inputs)]
+    banded = np.add.reduceat(np.array(both), _BANDS, axis=1)
+    return np.asarray(np.clip(banded[1:] / np.maximum(banded[0], 1e-300), 0.0, 1.0))
