@@ -65,6 +65,7 @@ LIBRARIES: dict[str, set[str]] = {
 
 # the ground of the core, which the inference stands on
 BELOW_INFERENCE = {
+    "contact",
     "inference",
     "experiments",
     "effects",
