@@ -220,9 +220,16 @@ def within_settings(
         From `Settings.parts` and `part_variances`.
     """
     out = white.copy()
+    whiten_parts(out, loose, parts, variances)
+    return out
+
+
+def whiten_parts(
+    out: FloatArray, loose: FloatArray, parts: list[Parts], variances: list[FloatArray]
+) -> None:
+    """`within_settings`, in place."""
     for part, variance in zip(parts, variances, strict=True):
         _shrink(out, part.groups, loose[:, part.columns] * np.sqrt(variance))
-    return out
 
 
 def _shrink(out: FloatArray, groups: Sequence[IntArray], loose: FloatArray) -> None:
