@@ -143,7 +143,7 @@ def test_few_poses_make_blocks_enough_of_two_poses_at_least(poses: int, blocks: 
     assert found.min() >= 2
 
 
-@pytest.mark.parametrize("poses", [24, 45])
+@pytest.mark.parametrize("poses", [24, pytest.param(45, marks=pytest.mark.slow)])
 def test_a_large_cause_is_named_from_few_poses(poses: int) -> None:
     coupled = distorting("cross_coupling", "mr", {"coupling_fx_fz": 0.15})
     checked(investigated(pose_case(21, *coupled, poses=poses)), "cross_coupling", 0.15)

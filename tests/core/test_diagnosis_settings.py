@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footcal_cli.core.diagnosis.engine import diagnose
+from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.between_settings import variance_between
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.settings import (
@@ -209,3 +211,36 @@ def test_what_settings_leave_is_that_of_one_regression_on_all_their_columns() ->
     whole = np.hstack([common, settings.spread])
     expected = residual - whole @ np.linalg.lstsq(whole, residual, rcond=1e-9)[0]
     assert left == pytest.approx(expected, abs=1e-9)
+
+
+SHAPE = np.array([0.0] * 7 + [0.4, 1.0, 1.0])
+"""A change over ten turns, most of it between the eighth and the ninth."""
+
+
+def late_change(seed: int, size: float) -> FloatArray:
+    """Family-wise p of such a change in each hanging; the fourth has one."""
+    settings, noise, _ = drawn(seed)
+    assert settings.part is not None
+    own = settings.number[:, None] == np.arange(SETTINGS)
+    columns = own * SHAPE[settings.part % TURNS][:, None]
+    n = noise.size
+    problem = Problem(
+        residual=noise + size * columns[:, 3], calibration=np.ones((n, 1)), columns=columns,
+        signatures=tuple(Signature("offset_change", "fx", f"{s}", "N") for s in range(SETTINGS)),
+        block=settings.part, output=0 * settings.number, sequence=settings.part, outputs=("fx",),
+        units=("N",), noise=np.ones(n), tolerance=np.array([0.01]), rate_hz=4.0, settings=settings,
+    )  # fmt: skip
+    found = diagnose(problem, Rules(), seed).search.first
+    # what two turns know most of is known by three of equal weight: signs reach p = 2⁻², no less
+    assert 3.0 <= found.informative[3] < 4.0
+    return found.p
+
+
+def test_a_change_that_two_turns_know_most_of_is_judged_by_the_scatter_of_all() -> None:
+    """Of turns with sd ``√(0.3² + 1/40)`` its size has sd ``0.34 / |s − s̄|``."""
+    sd = np.sqrt(OF_TURN**2 + 1.0 / ROWS) / np.linalg.norm(SHAPE - SHAPE.mean())
+    found = np.array([late_change(seed, 7.0 * sd) for seed in range(4)])
+    assert np.all(found[:, 3] < 0.01)
+    assert np.all(np.delete(found, 3, axis=1) > 0.01)
+    clean = np.array([late_change(seed, 0.0).min() for seed in range(24)])
+    assert np.sum(clean < 0.01) <= 1

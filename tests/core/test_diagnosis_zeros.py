@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -57,6 +59,13 @@ def test_only_what_explains_something_beside_a_free_zero_comes_with_it(
     at_leg = {s.effect: s for s in problem.signatures if [n for n, _ in s.owners] == [LEG]}
     alone = [is_zero(problem, zeros[LEG], s) for s in at_leg.values()]
     assert dict(zip(at_leg, alone, strict=True)) == {n: n == "zero_shift" for n in table}
+    # six zeros of one leg are all that six sums know of the zeros of any: also of all legs at once
+    shifts = [s for s in problem.signatures if s.effect == "zero_shift"]
+    assert {len(group) for s in shifts for _, group in s.owners} == {1, len(LEGS)}
+    for shift in shifts:
+        second = replace(cause_of("zero_shift"), signature=shift)
+        assert subject.zero_is_named([cause_of("cross_coupling", LEG), second])
+    assert not subject.zero_is_named([cause_of("scale_matrix", *LEGS), second])
     signs, level = sign_patterns(problem.blocks, 0), Rules().alpha_name
     lib = diagnose(problem, Rules(), 0).library
     found = list(with_their_zeros(lib, zeros, table, signs, level))

@@ -53,7 +53,7 @@ def named(found: Investigation) -> set[str]:
     return {s.effect for f in found.found for s in (f.cause.signature, *f.cause.rivals)}
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("extra_kg", [EXTRA_KG, -EXTRA_KG])
 def test_a_wrong_mass_is_found_with_its_size_and_the_scales_as_its_rival(
     seed: int, extra_kg: float

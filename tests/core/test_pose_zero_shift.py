@@ -48,7 +48,7 @@ def usual(rng: np.random.Generator) -> FloatArray:
     return np.asarray(np.hypot(USUAL, HUNG_SD) * rng.standard_normal((len(LEGS), 6)))
 
 
-@pytest.mark.parametrize("seed", [1, 5])
+@pytest.mark.parametrize("seed", [1, pytest.param(5, marks=pytest.mark.slow)])
 def test_an_offset_that_moved_is_named_with_its_leg(seed: int) -> None:
     rng = np.random.default_rng([61, seed])
     leg, axis = int(rng.integers(6)), int(rng.integers(3))
@@ -73,13 +73,13 @@ def test_an_offset_that_moved_is_named_with_its_leg(seed: int) -> None:
         assert best.before == pytest.approx(abs(size), rel=0.3)
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_offsets_that_move_as_usual_are_nothing_that_matters(seed: int) -> None:
     moved = 0.3 * usual(np.random.default_rng([62, seed]))
     assert investigated(stood(seed, moved)).verdict is Verdict.NONE
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_cable_that_pulls_steadily_too_is_one_cause(seed: int) -> None:
     """Since the legs hung it pulls at one of them: an even pull is no offset of its own."""
     pull = {"cable_fx_cos": 0.4, "cable_fz_sin": -0.5, "cable_fz_mean": 0.7}

@@ -72,6 +72,10 @@ class Detection:
         """Of a spectral line."""
         return self.line.p
 
+    def bends_with(self, alpha: float) -> str:
+        """The signal that the residual bends with at this level of 'unknown'; none where empty."""
+        return self.curve.name if self.curve.p < alpha * LEVEL_SHARE["curve"] else ""
+
     @property
     def ceiling(self) -> float:
         """Share of the held-out squared error that any function of the signals explains."""

@@ -86,7 +86,7 @@ def leftover(detection: Detection, rules: Rules) -> bool:
     """
     if detection.p >= rules.alpha_unknown:
         return False
-    bent = detection.curve.p < rules.alpha_unknown * LEVEL_SHARE["curve"]
+    bent = bool(detection.bends_with(rules.alpha_unknown))
     worth = max(detection.ceiling, detection.curve.share if bent else 0.0)
     return left_apart(detection, rules) or worth >= max(rules.smallest_gain, detection.tolerated)
 

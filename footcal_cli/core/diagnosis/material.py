@@ -120,22 +120,32 @@ def left_over(problem: Problem) -> FloatArray:
     return bare.left()[:, 0]
 
 
-def repeating(problem: Problem, features: Features) -> FloatArray:
+def repeating(problem: Problem, features: Features, bends_with: str = "") -> FloatArray:
     """Mean square of what the recorded signals explain of the residual again and again, (outputs,).
 
     A function of the signals is fitted to every other block, another one to the blocks between. The
     mean of their product is ``g²`` without bias, however the noise within blocks is correlated.
+
+    Parameters
+    ----------
+    bends_with
+        The signal that the residual surely bends with, if any: of single observations there are too
+        few for a function of all signals, and curves in that one are what is known to repeat.
     """
     left = left_over(problem)
     found = np.zeros(len(problem.outputs))
     odd = problem.block % 2 == 1
     lasting = np.array([name == MEMORY for name in features.names], dtype=bool)[features.group]
     columns = features.columns[:, ~lasting]
+    sure = features.curved & (np.array(features.names)[features.group] == bends_with)
     for o in range(found.size):
         mine = problem.output == o
         basis = columns[:, np.any(columns[mine] != 0.0, axis=0)]
         halves = [mine & odd, mine & ~odd]
-        if min(int(half.sum()) for half in halves) <= 2 * basis.shape[1] or not basis.shape[1]:
+        rows = min(int(half.sum()) for half in halves)
+        if rows <= 2 * basis.shape[1]:
+            basis = features.columns[:, sure & np.any(features.columns[mine] != 0.0, axis=0)]
+        if rows <= 2 * basis.shape[1] or not basis.shape[1]:
             continue
         fits = [basis[mine] @ _fitted(basis[half], left[half]) for half in halves]
         found[o] = max(float(np.mean(fits[0] * fits[1])), 0.0)

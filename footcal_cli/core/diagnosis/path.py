@@ -85,7 +85,9 @@ class Path:
     @cached_property
     def repeats(self) -> FloatArray:
         """Mean square of what repeats in each output beside the names, in units of its noise."""
-        return repeating(self.current, self.rounds[-1].features)
+        last = self.rounds[-1]
+        bends_with = last.before.bends_with(last.rules.alpha_unknown)
+        return repeating(self.current, last.features, bends_with)
 
 
 def beginning(problem: Problem, rules: Rules, seed: int, without: Collection[str] = ()) -> Path:

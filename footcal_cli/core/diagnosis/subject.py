@@ -193,12 +193,12 @@ class Subject:
     def zero_is_named(self, causes: Sequence[Cause]) -> bool:
         """Whether a cause is nothing but the zero that another one of them has changed.
 
-        What is left of its size is then where a free zero is not quite a straight line.
+        What is left of its size is then where a free zero is not quite a straight line. Where six
+        sums are balanced, one leg's free zero is a shift of all legs, or of another one, as well.
         """
         return any(
             is_zero(self.problem, self.zero(owner), cause.signature)
             for owner in changed(self.table, causes) for cause in causes
-            if [name for name, _ in cause.signature.owners] == [owner]
         )  # fmt: skip
 
     def _beside_zeros(self, causes: Sequence[Cause]) -> FloatArray | None:

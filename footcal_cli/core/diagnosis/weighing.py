@@ -128,7 +128,6 @@ _DRAWS, _PARTS = 20_000, 20
 _MANY = 16  # blocks from which permutations reach the level of any family
 _SOME = 0.7
 _FEWEST = 8.0
-_FEWEST_KNOWN = 4.0
 
 
 def _in_some_blocks(lib: Library, informative: FloatArray, rules: Rules) -> BoolArray:
@@ -139,7 +138,7 @@ def _in_some_blocks(lib: Library, informative: FloatArray, rules: Rules) -> Bool
     """
     settings = lib.problem.settings
     if settings is not None and settings.part is not None:
-        return np.asarray(informative >= _FEWEST_KNOWN)
+        return np.asarray(informative >= rules.fewest_sessions)
     # sessions of one cell never tell exactly alike: three of them count as 2.99
     whole = np.round(informative)
     if has_single_rows(lib.problem) and not lib.problem.drifts:

@@ -58,7 +58,7 @@ def is_zero(rows: Problem, zero: FloatArray, signature: Signature) -> bool:
         return False
     column = rows.columns[:, rows.signatures.index(signature)]
     left = left_by(zero, column[:, None], _RCOND)[:, 0]
-    return float(left @ left) < _NOTHING * float(column @ column)
+    return float(left @ left) <= _NOTHING * float(column @ column)
 
 
 def _known(case: Case) -> list[Parameter]:

@@ -11,12 +11,13 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.inference.linear import inverse_beside, orthonormal
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
@@ -126,8 +127,9 @@ def row_levels(residual: FloatArray, loose: FloatArray, parts: list[Parts]) -> F
         squares, freedom = (np.zeros(int(part.setting.max()) + 1) for _ in range(2))
         for rows, setting in zip(part.groups, part.setting, strict=True):
             z = loose[np.ix_(rows, part.columns)]
-            u, s, _ = np.linalg.svd(z, full_matrices=False)
-            u = u[:, s > _ALIKE * s.max(initial=0.0)]
+            values, vectors = np.linalg.eigh(z.T @ z)
+            seen = values > _ALIKE**2 * values.max(initial=0.0)
+            u = z @ (vectors[:, seen] / np.sqrt(values[seen]))
             squares[setting] += np.sum((residual[rows] - u @ (u.T @ residual[rows])) ** 2)
             freedom[setting] += rows.size - u.shape[1]
         sd = np.sqrt(squares / np.maximum(freedom, 1.0))
@@ -160,11 +162,22 @@ def beside_settings(
     """
     both = np.column_stack([common, residual])
     for rows, seen in zip(groups, shown, strict=True):
-        own = orthonormal(loose[np.ix_(rows, np.flatnonzero(seen))], np.sqrt(RCOND))
-        both[rows] -= own @ (own.T @ both[rows])
+        for at, own in _apart(loose[np.ix_(rows, np.flatnonzero(seen))]):
+            basis, mine = orthonormal(own, np.sqrt(RCOND)), rows[at]
+            both[mine] -= basis @ (basis.T @ both[mine])
     columns, left = both[:, :-1], both[:, -1]
     inverse = inverse_beside(columns.T @ columns, np.linalg.norm(common, axis=0), RCOND)
     return np.asarray(left - columns @ (inverse @ (columns.T @ left)))
+
+
+def _apart(columns: FloatArray) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Columns that have no row in common with others, each set on its rows: one per output."""
+    acts = columns != 0.0
+    count, kin = connected_components(acts.T.astype(float) @ acts)
+    for k in range(count):
+        at = np.flatnonzero(np.any(acts[:, kin == k], axis=1))
+        if at.size:
+            yield at, columns[np.ix_(at, np.flatnonzero(kin == k))]
 
 
 def part_variances(left: FloatArray, loose: FloatArray, parts: list[Parts]) -> list[FloatArray]:
@@ -207,9 +220,16 @@ def within_settings(
         From `Settings.parts` and `part_variances`.
     """
     out = white.copy()
+    whiten_parts(out, loose, parts, variances)
+    return out
+
+
+def whiten_parts(
+    out: FloatArray, loose: FloatArray, parts: list[Parts], variances: list[FloatArray]
+) -> None:
+    """`within_settings`, in place."""
     for part, variance in zip(parts, variances, strict=True):
         _shrink(out, part.groups, loose[:, part.columns] * np.sqrt(variance))
-    return out
 
 
 def _shrink(out: FloatArray, groups: Sequence[IntArray], loose: FloatArray) -> None:

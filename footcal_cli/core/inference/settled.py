@@ -27,7 +27,7 @@ from footcal_cli.core.inference.settings import (
     part_variances,
     repeated,
     row_levels,
-    within_settings,
+    whiten_parts,
 )
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
@@ -99,7 +99,8 @@ class WithinSetting:
         if not self.parts:
             return columns
         scaled = columns / self.level[:, None]
-        return within_settings(scaled, self.loose, self.parts, self.variances)
+        whiten_parts(scaled, self.loose, self.parts, self.variances)
+        return scaled
 
     @property
     def log_sd(self) -> float:
@@ -216,18 +217,19 @@ def _within(
     if not parts:
         return WithinSetting(np.ones(white.shape[0]), loose, [], [])
     level = row_levels(white[:, -1], loose, parts)
-    scaled, own = loose / level[:, None], white / level[:, None]
-    left = beside_settings(own[:, common], own[:, -1], scaled, groups, shown)
+    scaled, own = loose / level[:, None], white[:, [*common, -1]] / level[:, None]
+    left = beside_settings(own[:, :-1], own[:, -1], scaled, groups, shown)
     return WithinSetting(level, scaled, parts, part_variances(left, scaled, parts))
 
 
 def _strongest(white: FloatArray, base: IntArray, candidates: IntArray) -> tuple[int, float]:
     """The candidate with the largest |z| beside a base, and that."""
-    wanted, fitted = white[:, np.append(candidates, white.shape[1] - 1)], white[:, base]
-    cross = fitted.T @ wanted
-    inside = scaled_inverse(fitted.T @ fitted, RCOND) @ cross
-    whole = np.einsum("ij,ij->j", wanted[:, :-1], wanted[:, :-1])
+    # products with all columns as they stand: of a long log a choice of them is as large again
+    products = white[:, np.append(base, white.shape[1] - 1)].T @ white
+    cross = products[:-1, np.append(candidates, -1)]
+    inside = scaled_inverse(products[:-1, base], RCOND) @ cross
+    whole = np.einsum("ij,ij->j", white, white)[candidates]
     own = whole - np.sum(cross * inside, axis=0)[:-1]
-    score = wanted[:, :-1].T @ wanted[:, -1] - cross[:, :-1].T @ inside[:, -1]
+    score = products[-1, candidates] - cross[:, :-1].T @ inside[:, -1]
     best, z = strongest(score, own, whole)
     return int(candidates[best]), z

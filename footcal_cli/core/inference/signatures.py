@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.chain import Chain, Link, Seen
 from footcal_cli.core.effects import having
@@ -21,7 +22,7 @@ from footcal_cli.core.inference.case import Case, channels_of, residual
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.responses import BESIDE, Responses, ends_of
 from footcal_cli.core.inference.shapes import shapes_of
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 
 _DIFFERENCE = 1e-4  # finite-difference step of the calibration, in its own steps
 ALIKE = 0.995
@@ -78,8 +79,10 @@ def calibration_columns(
     raw = np.empty((rows.residual.size, ways.shape[1]))
     at = {p.name: case.values.get(p.name, p.value) for p in parameters}
     seen = case.memory()
+    reached = np.zeros((ways.shape[1], len(case.logs)), dtype=bool)
     for i, way in enumerate(_DIFFERENCE * ways.T):
         touched = _touched(case, [p.name for p, d in zip(parameters, way, strict=True) if d])
+        reached[i, touched] = True
         up, down = (
             residual(case, rows, _moved(case.values, at, sign * way), None, touched, seen)
             for sign in (1.0, -1.0)
@@ -87,11 +90,40 @@ def calibration_columns(
         raw[:, i] = (up - down) / (2.0 * _DIFFERENCE)
     norm = np.sqrt(np.sum(raw**2, axis=0))
     norm = np.where(norm > 0, norm, np.inf)
-    left, singular, right = np.linalg.svd(raw / norm, full_matrices=False)
+    left, singular, right = _decomposed(raw / norm, reached)
     kept = singular > 1e-9 * singular.max(initial=0.0)
     size = np.sqrt(rows.residual.size)
     turn = ways @ ((right[kept].T / singular[kept]) / norm[:, None]) * size
     return np.asarray(left[:, kept] * size), np.asarray(turn)
+
+
+def _decomposed(raw: FloatArray, reached: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Singular value decomposition, of columns that reach other logs each for itself.
+
+    Legs that hang have no log in common: a direction of one leg then holds nothing of the others,
+    not even by rounding, and no other log is asked for its derivative.
+
+    Parameters
+    ----------
+    raw, reached
+        Columns, and which logs each may change, shapes (m, n) and (n, logs).
+    """
+    shared = reached.astype(np.int64) @ reached.T
+    count, kin = connected_components(shared)
+    if count == 1:
+        return np.linalg.svd(raw, full_matrices=False)
+    left, singular, right = [], [], []
+    for k in range(count):
+        mine = np.flatnonzero(kin == k)
+        within = np.flatnonzero(np.any(raw[:, mine], axis=1))
+        u, s, v = np.linalg.svd(raw[np.ix_(within, mine)], full_matrices=False)
+        both = np.zeros((len(raw), s.size)), np.zeros((s.size, raw.shape[1]))
+        both[0][within], both[1][:, mine] = u, v
+        left.append(both[0])
+        singular.append(s)
+        right.append(both[1])
+    order = np.argsort(-np.concatenate(singular), kind="stable")
+    return np.hstack(left)[:, order], np.concatenate(singular)[order], np.vstack(right)[order]
 
 
 def _touched(case: Case, names: Sequence[str]) -> list[int]:
