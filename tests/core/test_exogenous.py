@@ -14,6 +14,7 @@ from footcal_cli.core.parameters import FloatArray
 HZ, CYCLE, CYCLES = 80.0, 96, 120
 ARM_M = 0.05
 N = CYCLE * CYCLES
+LEVERS = np.tile([ARM_M, -ARM_M], (1, 1, 1))
 
 
 def _slow(rng: np.random.Generator, sd: float) -> FloatArray:
@@ -59,7 +60,7 @@ def _shared(
     felt_nm: FloatArray, error_nm: FloatArray, rate_nm: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     log, experiment = _walk(felt_nm, error_nm, rate_nm)
-    found = shared_with_inputs(experiment, log, experiment.balance(log))
+    found = shared_with_inputs(experiment, log, experiment.balance(log), LEVERS)
     return found[0][:, 0], found[1][:, 0]
 
 
@@ -99,6 +100,40 @@ def test_without_a_gait_all_is_the_readings() -> None:
     log, experiment = _walk(felt, np.zeros(N), np.zeros(N))
     still = log.with_known(contact=np.ones((N, 1)))
     balance = experiment.balance(still)
-    of_readings, of_turning = shared_with_inputs(experiment, still, balance)
+    of_readings, of_turning = shared_with_inputs(experiment, still, balance, LEVERS)
     np.testing.assert_array_equal(of_readings, balance.error)
     assert not of_turning.any()
+
+
+def test_noise_of_loads_reaches_a_moment_over_the_place_of_the_foot() -> None:
+    """Four cells on two feet 0.2 m beside the CoP: independent noise σ gives Σ σ² y² in all."""
+    rng = np.random.default_rng(5)
+    levers = np.array([0.2 + ARM_M, 0.2 - ARM_M, -0.2 + ARM_M, -0.2 - ARM_M])
+    noise = np.column_stack([_slow(rng, 0.3) for _ in levers])
+    demand = np.column_stack([_slow(rng, 0.3), _slow(rng, 0.05)])
+    # the load shifts between the feet from cycle to cycle, and the demand knows it
+    carried = 40.0 + _slow(rng, 4.0)[:, None] * np.sign(levers)
+    log = Log(
+        "cells",
+        ("left_a", "left_b", "right_a", "right_b"),
+        np.arange(N) / HZ,
+        carried + noise,
+        {
+            "contact": (np.arange(N) % CYCLE < 60)[:, None].astype(float) * np.ones(2),
+            "angmom_rate_nm": np.zeros((N, 2)),
+        },
+        np.arange(N) // CYCLE,
+    )
+    rows = np.stack([np.ones(4), levers])
+
+    def balance(one: Log) -> Balance:
+        error = (one.readings - carried) @ rows.T - demand
+        return Balance(("fz", "mx"), ("N", "Nm"), error, np.ones((N, 2), dtype=bool))
+
+    experiment = Experiment("walk", {}, balance, ())
+    of_readings, _ = shared_with_inputs(experiment, log, balance(log), rows[None])
+    for k, own in enumerate(demand.T):
+        felt = noise @ rows[k]
+        error = felt - own
+        b = float(of_readings[:, k] @ error / (error @ error))
+        assert b == pytest.approx(np.var(felt) / (np.var(felt) + np.var(own)), abs=0.1)

@@ -25,18 +25,22 @@ _LEAST_CYCLES = 5
 
 
 def shared_with_inputs(
-    experiment: Experiment, log: Log, balance: Balance
+    experiment: Experiment, log: Log, balance: Balance, derivative: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """What of each error the readings hold, and what L̇ does, each (n, k); without a gait: all, 0.
 
-    ``e_x(f) = b_x(f) e(f), b_x = Re Σ ΔX ΔE* / Σ |ΔE|²`` of an input X by differences between
-    consecutive cycles: ``X − b_x E`` is free of what it shares with the error E. Of all inputs
-    the b sum to one. What repeats with the gait is no noise.
+    ``e_x(f) = b_x(f) e(f), b_x = S_x / S_e`` with ``S_x = Re Σ ΔX ΔE*`` of an input X and
+    ``S_e = Σ |ΔE|²``, by differences between consecutive cycles: ``X − b_x E`` is free of what
+    it shares with the error E. Of all inputs the b sum to one. What repeats with the gait is no
+    noise. Loads of feet shift from cycle to cycle far more than they are noisy: what their noise
+    adds to a moment follows from that of the total force, ``S = Σ_c (∂m/∂F_c)² S_F / channels``.
 
     Parameters
     ----------
     experiment, log, balance
         Of a walk, all its rows.
+    derivative
+        Of the balance by the channels, of some rows, (m, k, c).
 
     Source: Durbin, Rev. Int. Stat. Inst. 22, 23 (1954), regressors that share the error's noise.
     """
@@ -47,17 +51,39 @@ def shared_with_inputs(
     still = log.with_known(angmom_rate_nm=np.zeros((len(log), 2)))
     turning = balance.error - experiment.balance(still).error
     inputs = np.stack([error, _of_readings(experiment, log, balance), turning])
-    for k in np.flatnonzero(balance.valid.any(axis=0)):
-        cycles = _cycles(inputs[:, :, k].T, starts)
-        if len(cycles) < _LEAST_CYCLES:
-            continue
-        odd = np.nan_to_num(error[:, k] - _repeated(cycles[:, 0].mean(axis=0), phase))
-        harmonic = np.fft.rfftfreq(odd.size) * np.median(np.diff(starts))
-        middle = 0.5 * (_BANDS + np.append(_BANDS[1:], _POINTS // 2) - 1)
-        for part, gain in zip(shared, _gains(cycles), strict=True):
+    cycles = [_cycles(one.T, starts) for one in np.moveaxis(inputs, 2, 0)]
+    known = [k for k, own in enumerate(cycles) if len(own) >= _LEAST_CYCLES]
+    power = np.zeros((len(cycles), len(inputs), _BANDS.size))
+    for k in known:
+        power[k] = _powers(cycles[k])
+    power[:, 1] += _of_loads(log, balance, derivative) @ np.maximum(power[:, 1], 0.0)
+    middle = 0.5 * (_BANDS + np.append(_BANDS[1:], _POINTS // 2) - 1)
+    harmonic = np.fft.rfftfreq(len(log)) * np.median(np.diff(starts)) if known else np.empty(0)
+    for k in known:
+        odd = np.nan_to_num(error[:, k] - _repeated(cycles[k][:, 0].mean(axis=0), phase))
+        own, *parts = power[k]
+        for out, part in zip(shared, parts, strict=True):
+            gain = np.clip(part / np.maximum(own, 1e-300), 0.0, 1.0)
             kept = np.fft.rfft(odd) * np.interp(harmonic, middle, gain)
-            part[:, k] = np.where(balance.valid[:, k], np.fft.irfft(kept, odd.size), 0.0)
+            out[:, k] = np.where(balance.valid[:, k], np.fft.irfft(kept, odd.size), 0.0)
     return shared[0], shared[1]
+
+
+def _of_loads(log: Log, balance: Balance, derivative: FloatArray) -> FloatArray:
+    """Power that loads of feet add to each moment per power of each total force, (k, k)."""
+    force, moment = (np.array([u == unit for u in balance.units]) for unit in ("N", "Nm"))
+    total = force & ((derivative != 0.0).sum(axis=2).max(axis=0, initial=0) > 1)
+    levers = np.where(moment[None, :, None], derivative, 0.0)
+    torque = np.char.find(np.array(log.channels), ".t") >= 0
+    levers[:, :, torque] = 0.0
+    if not torque.any():
+        for cells in columns_of(Scope.FOOT, log.channels):
+            levers[:, :, cells] = levers[:, :, cells].mean(axis=2, keepdims=True)
+    squared, own = (np.mean(x**2, axis=0) for x in (levers, derivative))
+    of_force = np.where(total[:, None], own, 0.0)
+    main = of_force == of_force.max(axis=0, initial=1e-300)
+    each = np.where(main, 1.0, 0.0) / np.maximum(np.sum(of_force * main, axis=1), 1e-300)[:, None]
+    return np.asarray(squared @ each.T)
 
 
 def _of_readings(experiment: Experiment, log: Log, balance: Balance) -> FloatArray:
@@ -91,9 +117,8 @@ def _repeated(cycle: FloatArray, phase: FloatArray) -> FloatArray:
     return np.asarray(np.where(np.isfinite(phase), course, cycle.mean()))
 
 
-def _gains(cycles: FloatArray) -> FloatArray:
-    """Share b of each input and band, (x, bands), from errors and inputs, (cycles, 1 + x, p)."""
-    error, *inputs = np.moveaxis(np.fft.rfft(np.diff(cycles, axis=0), axis=2), 1, 0)
-    both = [(each * error.conj()).real.sum(axis=0) for each in (error, *inputs)]
-    banded = np.add.reduceat(np.array(both), _BANDS, axis=1)
-    return np.asarray(np.clip(banded[1:] / np.maximum(banded[0], 1e-300), 0.0, 1.0))
+def _powers(cycles: FloatArray) -> FloatArray:
+    """``Re Σ ΔX ΔE*`` per cycle and band of the error and its inputs, (s, points) of each cycle."""
+    spectra = np.moveaxis(np.fft.rfft(np.diff(cycles, axis=0), axis=2), 1, 0)
+    with_error = (spectra * spectra[0].conj()).real.mean(axis=1)
+    return np.asarray(np.add.reduceat(with_error, _BANDS, axis=1))

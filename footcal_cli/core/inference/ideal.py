@@ -124,7 +124,7 @@ def _noise_of_both_sides(
     beside = _noise_beside(truth, balance, derivative)
     quiet = truth.with_readings(truth.readings - beside)
     balance = experiment.balance(quiet)
-    felt, turning = shared_with_inputs(experiment, quiet, balance)
+    felt, turning = shared_with_inputs(experiment, quiet, balance, derivative)
     alone = (derivative != 0.0).sum(axis=2).max(axis=0, initial=0) == 1
     felt = np.where(alone & balance.valid, np.nan_to_num(balance.error), felt)
     return beside, felt, turning
