@@ -60,8 +60,8 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     if is_six_axis(channels_of(subject.case.logs)):
         return False
     (cause,) = path.causes
-    exact = cause.signature.effect in WRITTEN
-    mine = {_kind_of(s.effect) for s in (cause.signature, *cause.rivals)}
+    effects = {s.effect for s in (cause.signature, *cause.rivals)}
+    exact, mine = effects <= WRITTEN, {_kind_of(effect) for effect in effects}
     kinds = dict(_kinds(subject, model.ideal, cause))
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
