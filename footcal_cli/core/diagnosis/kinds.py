@@ -1,4 +1,4 @@
-"""A sole name against kinds of causes that need no name: loops, linear memories, smooth curves.
+"""A name against kinds of causes that need no name: loops, linear memories, smooth curves.
 
 Names are compared with names of the table. What the table lacks is then taken for what it
 resembles: a creep that it has not is a loop, a parabola a wrong weight. Plays of several reaches
@@ -8,7 +8,7 @@ any smooth curve: as columns they stand for every cause of their kind, whatever 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from footcal_cli.core.inference.evidence import sign_flip_group, sign_flip_mean,
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.inference.signatures import derivative
@@ -37,7 +38,7 @@ _CURVED = "curve"
 
 
 def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
-    """Whether a kind that is not the only name's explains surely what the name does not.
+    """Whether a kind that is not a name's own explains surely what the name does not.
 
     ``E = L(name) − L(both)`` is what a name, in every form of its own kind, leaves to a kind on
     left-out blocks, ``E′ = L(kind) − L(both)`` what that leaves to it; ``E > 2 E′`` by the signs of
@@ -50,38 +51,50 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     Parameters
     ----------
     path
-        With one cause, its rivals in the model too; any other is left alone.
+        With its causes, their rivals in the model too; each is asked beside all others.
     rules, seed
         Thresholds; of sign patterns.
     """
-    model, known = path.model, "load" in subject.problem.regressors
-    if model is None or len(path.causes) != 1 or not known:
+    known = "load" in subject.problem.regressors
+    if path.model is None or not known or is_six_axis(channels_of(subject.case.logs)):
         return False
-    if is_six_axis(channels_of(subject.case.logs)):
-        return False
-    (cause,) = path.causes
-    effects = {s.effect for s in (cause.signature, *cause.rivals)}
+    return any(_outdoes(subject, path, path.model, cause, rules, seed) for cause in path.causes)
+
+
+def _outdoes(
+    subject: Subject, path: Path, model: Refit, cause: Cause, rules: Rules, seed: int
+) -> bool:
+    """Whether another kind explains what one cause does not, beside all other causes."""
+    others = [c for c in path.causes if c is not cause]
+    effects, beside = _effects([cause]), _effects(others)
     exact, mine = effects <= WRITTEN, {_kind_of(effect) for effect in effects}
     kinds = dict(_kinds(subject, model.ideal, cause))
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
     blank = subject.problem.without_candidates
+    if others:
+        alone = subject.bare(subject.refitted_from(others, model), others)
+        blank = alone.without_candidates
     nothing = blank.columns[:, :0]
     form = np.hstack([nothing, *(columns for kind, columns in kinds.items() if kind in mine)])
     plain, formed = left_with(named, nothing, noise), left_with(named, form, noise)
     mine_left = formed if float(formed.sum()) < float(plain.sum()) else plain
     for kind, columns in kinds.items():
-        if kind in mine:
+        if kind in mine or kind in {_kind_of(effect) for effect in beside}:
             continue
         both = left_with(named, np.hstack([form, columns]), noise)
-        left, others = mine_left - both, left_with(blank, columns, noise) - both
+        left, its = mine_left - both, left_with(blank, columns, noise) - both
         if exact:
-            surely = sign_flip_mean(left - others, signs) < rules.alpha_rival
+            surely = sign_flip_mean(left - its, signs) < rules.alpha_rival
             if surely and _adds_p(named, columns, noise, signs) < rules.alpha_left:
                 return True
-        elif sign_flip_mean(left - FORM * others, signs) < rules.alpha_left:
+        elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
             return True
     return False
+
+
+def _effects(causes: Sequence[Cause]) -> set[str]:
+    return {s.effect for cause in causes for s in (cause.signature, *cause.rivals)}
 
 
 def _kind_of(effect: str) -> str:
