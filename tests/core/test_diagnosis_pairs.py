@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis import investigation
+from footcal_cli.core.diagnosis import investigation, ways
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.investigation import investigate
@@ -131,7 +131,7 @@ def test_what_one_at_a_time_cannot_explain_two_at_once_do(monkeypatch: pytest.Mo
     found = investigate(case, table, describe)
     assert found.verdict == "named"
     assert names(found) == {"hysteresis", "crosstalk"}
-    monkeypatch.setattr("footcal_cli.core.diagnosis.investigation.likely_pairs", lambda *_: [])
+    monkeypatch.setattr("footcal_cli.core.diagnosis.ways.likely_pairs", lambda *_: [])
     assert investigate(case, table, describe).verdict == "unknown"
 
 
@@ -171,18 +171,17 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
     tried = {0: first, 2: second}
     verdicts = dict(tried.values())
     pairs = [(0, 1), (0, 4), (2, 3)]
-    monkeypatch.setattr(investigation, "likely_pairs", lambda *_: pairs)
+    monkeypatch.setattr(ways, "likely_pairs", lambda *_: pairs)
     monkeypatch.setattr(
-        investigation,
+        ways,
         "together",
         lambda _subject, path, stronger, _seed: replace(path, removed=tried[stronger][0]),
     )
-    monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
-    monkeypatch.setattr(investigation, "_at_its_size", lambda _subject, path: path)
-    monkeypatch.setattr(
-        investigation, "judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0)
-    )
-    found = investigation._another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
+    monkeypatch.setattr(ways, "grown", lambda _subject, path, *_: path)
+    monkeypatch.setattr(ways, "as_one_mixture", lambda _subject, path, _seed: path)
+    monkeypatch.setattr(ways, "at_its_size", lambda _subject, path: path)
+    monkeypatch.setattr(ways, "judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0))
+    found = ways.another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
     assert (None if found is None else found[0].removed) == taken
 
 
@@ -249,13 +248,13 @@ def test_a_stand_is_searched_once_more_without_the_first_of_several_causes(
         begun.append(without)
         return SimpleNamespace()
 
-    monkeypatch.setattr(investigation, "has_single_rows", lambda _: single_rows)
-    monkeypatch.setattr(investigation, "beginning", begin)
-    monkeypatch.setattr(investigation, "grown", lambda _subject, path, *_: path)
-    monkeypatch.setattr(investigation, "_at_its_size", lambda _subject, path: path)
-    monkeypatch.setattr(investigation, "judged", lambda *_: (left, 0.9))
+    monkeypatch.setattr(ways, "has_single_rows", lambda _: single_rows)
+    monkeypatch.setattr(ways, "beginning", begin)
+    monkeypatch.setattr(ways, "grown", lambda _subject, path, *_: path)
+    monkeypatch.setattr(ways, "at_its_size", lambda _subject, path: path)
+    monkeypatch.setattr(ways, "judged", lambda *_: (left, 0.9))
     path, subject = SimpleNamespace(causes=named[:causes]), SimpleNamespace(problem=None)
-    found = investigation._without_first(subject, path, RULES, 0)  # type: ignore[arg-type]
+    found = ways.without_first(subject, path, RULES, 0)  # type: ignore[arg-type]
     assert (found is not None) is taken
     assert begun == ([{"slip"}] if causes > 1 and single_rows else [])
 
@@ -279,8 +278,8 @@ def test_what_leaves_next_to_nothing_is_an_answer_and_a_large_residual_is_never_
         return Verdict.AMBIGUOUS if rules.share_set <= 0.8 else Verdict.UNKNOWN, 0.8
 
     for name, value in {
-        "jumped": None, "grown": path, "_at_its_size": path, "_matters": False,
-        "_another_way": None, "_without_first": None,
+        "jumped": None, "grown": path, "as_one_mixture": path, "at_its_size": path,
+        "matters_of": False, "second_cause": None, "another_way": None, "without_first": None,
     }.items():  # fmt: skip
         monkeypatch.setattr(investigation, name, lambda *_, value=value, **__: value)
     monkeypatch.setattr(investigation, "judged", judge)

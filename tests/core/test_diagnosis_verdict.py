@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis import investigation, rivals
+from footcal_cli.core.diagnosis import rivals, ways
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus, Verdict
 from footcal_cli.core.diagnosis.curves import Curve
 from footcal_cli.core.diagnosis.detection import Detection
@@ -100,10 +100,10 @@ def test_spells_of_placements_are_as_large_as_their_error_at_most(
     monkeypatch: pytest.MonkeyPatch, rate_hz: float, whole_n: float, *, aside: bool
 ) -> None:
     left = (Nameless("fz", "N", 0.0, whole_n, 0.06, 0.2),)
-    monkeypatch.setattr(investigation, "_nameless", lambda *_, **__: left)
+    monkeypatch.setattr(ways, "nameless_beside", lambda *_, **__: left)
     subject = SimpleNamespace(problem=SimpleNamespace(rate_hz=rate_hz))
     way = _Way((_Round(replace(QUIET, spell_p=2e-4)),))
-    seen = investigation._at_its_size(cast(Any, subject), cast(Any, way))
+    seen = ways.at_its_size(cast(Any, subject), cast(Any, way))
     assert left_apart(seen.rounds[-1].before, Rules()) is not aside
 
 

@@ -8,31 +8,36 @@ from functools import cache
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
-from footcal_cli.core.diagnosis.engine import left_apart, leftover
+from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
-from footcal_cli.core.diagnosis.material import Nameless, line_over_smallest, nameless_of
-from footcal_cli.core.diagnosis.pairs import likely_pairs
+from footcal_cli.core.diagnosis.material import Nameless
 from footcal_cli.core.diagnosis.path import (
     Path,
+    as_one_mixture,
     beginning,
-    found_both_ways,
     grown,
     jumped,
-    together,
 )
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import is_sized
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
-from footcal_cli.core.diagnosis.verdicts import CLEAR, NAMING, judged
+from footcal_cli.core.diagnosis.verdicts import NAMING, judged
+from footcal_cli.core.diagnosis.ways import (
+    another_way,
+    at_its_size,
+    matters_of,
+    nameless_beside,
+    second_cause,
+    without_first,
+)
 from footcal_cli.core.effects.contract import Effect, GridOf
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.whitening import has_single_rows
 
 
 @dataclass(frozen=True)
@@ -162,7 +167,7 @@ def investigate(
             if verdict is not Verdict.NAMED or _sized(problem, stands.path, answer.found):
                 return answer
         # what was chosen without a block does not predict it, or is chosen only with all of them
-        matters = large or _matters(subject, way, beside=False)
+        matters = large or matters_of(subject, way, beside=False)
         none = Verdict.UNKNOWN if matters else Verdict.NONE
         last = last or replace(_without_name(subject, way, none, share), stable=stands.stable)
     return last or _without_name(subject, baseline, Verdict.NONE, 0.0)
@@ -192,7 +197,7 @@ def named(subject: Subject, stands: Standing) -> Investigation:
         final=path.current,
         share=stands.share,
         stable=stands.stable,
-        nameless=_nameless(subject, path, beside=True),
+        nameless=nameless_beside(subject, path, beside=True),
         once=path.once,
     )
 
@@ -212,7 +217,9 @@ def _without_name(subject: Subject, path: Path, verdict: Verdict, share: float) 
         final=problem,
         share=share,
         stable=1.0,
-        nameless=() if verdict is Verdict.BAD_DATA else _nameless(subject, path, beside=False),
+        nameless=()
+        if verdict is Verdict.BAD_DATA
+        else nameless_beside(subject, path, beside=False),
     )
 
 
@@ -228,7 +235,7 @@ def _searched(
     if once:
         more = leftover(once.rounds[-1].before, rules)
         if more and not subject.problem.drifts:
-            more = _matters(subject, once, beside=True)
+            more = matters_of(subject, once, beside=True)
         if subject.problem.drifts or not more:
             yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
             return
@@ -239,13 +246,13 @@ def _answers_of(
     subject: Subject, path: Path, rules: Rules, seed: int, *, large: bool
 ) -> Iterator[tuple[Path, Verdict, float]]:
     """`_searched`, from a path that grows no more."""
-    strict = replace(rules, share_set=1.0)
-    sized = _at_its_size(subject, path)
+    strict, path = replace(rules, share_set=1.0), as_one_mixture(subject, path, seed)
+    sized = at_its_size(subject, path)
     verdict, share = judged(subject, sized, strict, seed)
 
     @cache
     def matters(*, beside: bool) -> bool:
-        return _matters(subject, path, beside=beside)
+        return matters_of(subject, path, beside=beside)
 
     small = path.causes and not large and subject.case.finding_nm > 0.0
     if small and not matters(beside=False):
@@ -266,6 +273,8 @@ def _answers_of(
         least = replace(rules, share_partly=part, share_form=part, share_set=whole)
         kind = judged(subject, sized, least, seed)[0]
         if kind in NAMING:
+            if second := second_cause(subject, path, strict, seed):
+                yield second
             yield path, kind if kind is Verdict.AMBIGUOUS else Verdict.NAMED, share
             return
     weak = subject.problem.pieces and any(c.p > rules.alpha_small for c in path.causes)
@@ -279,80 +288,10 @@ def _answers_of(
             yield from _answers_of(subject, path.shorter, rules, seed, large=large)
         return
     # what a set of rivals leaves may be a second cause, before it is their form
-    another = _another_way(subject, path, strict, seed)
-    if another := another or _without_first(subject, path, strict, seed):
+    another = another_way(subject, path, strict, seed)
+    if another := another or without_first(subject, path, strict, seed):
         yield another
     yield (path, *judged(subject, sized, rules, seed))
-
-
-def _matters(subject: Subject, path: Path, *, beside: bool) -> bool:
-    """Whether what has no sure name is a finding; a spell within a series has no size here."""
-    last = _at_its_size(subject, path).rounds[-1]
-    found = _nameless(subject, path, beside=beside)
-    return left_apart(last.before, last.rules) or any(item.matters for item in found)
-
-
-def _at_its_size(subject: Subject, path: Path) -> Path:
-    """The path without lines, and spells of single placements, that are too small to matter.
-
-    What makes neighbours in time alike is at most the whole error of an output.
-    """
-    last = path.rounds[-1]
-    if not left_apart(last.before, last.rules):
-        return path
-    found, before = _nameless(subject, path, beside=True), last.before
-    if line_over_smallest(path.current, before.line, found) < 1.0:
-        before = replace(before, line=replace(before.line, p=1.0))
-    if subject.problem.rate_hz <= 0 and all(i.whole < i.smallest for i in found):
-        before = replace(before, spell_p=1.0)
-    return replace(path, rounds=(*path.rounds[:-1], replace(last, before=before)))
-
-
-def _nameless(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:
-    """What has no name beside those of a path; without `beside` they are no names either."""
-    model = None if beside else path.model
-    return nameless_of(subject.case, subject.problem, path.current, model, path.repeats)
-
-
-def _another_way(
-    subject: Subject, path: Path, rules: Rules, seed: int
-) -> tuple[Path, Verdict, float] | None:
-    """A path that begins with two causes at once and leaves nothing; None where none does.
-
-    First the two that were found one after the other, if each is found beside the other. One that
-    removes less than a path that left something is not what is wrong.
-    """
-    again = found_both_ways(subject, path, seed)
-    if again is not None:
-        verdict, share = judged(subject, _at_its_size(subject, again), rules, seed)
-        if verdict in CLEAR and share >= rules.share_pair:
-            return again, verdict, share
-    most = path.removed
-    for first in dict.fromkeys(pair[0] for pair in likely_pairs(path.rounds[0].library, rules)):
-        both = together(subject, path, first, seed)
-        if both is not None:
-            both = grown(subject, both, rules, seed)
-            verdict, share = judged(subject, _at_its_size(subject, both), rules, seed)
-            if verdict in CLEAR and share >= rules.share_pair and both.removed >= most:
-                return both, verdict, share
-            most = max(most, both.removed)
-    return None
-
-
-def _without_first(
-    subject: Subject, path: Path, rules: Rules, seed: int
-) -> tuple[Path, Verdict, float] | None:
-    """A path that begins without the first of several causes; None where it leaves something.
-
-    Among few stances the noise is estimated with the error in it: a small cause of many rows may
-    seem to explain more than the large one of a noisy output, which then is only the second.
-    """
-    if len(path.causes) < 2 or not has_single_rows(subject.problem):
-        return None
-    first = path.causes[0].signature.effect
-    other = grown(subject, beginning(subject.problem, rules, seed, {first}), rules, seed)
-    verdict, share = judged(subject, _at_its_size(subject, other), rules, seed)
-    return (other, verdict, share) if verdict in CLEAR else None
 
 
 def _found(subject: Subject, path: Path) -> tuple[Found, ...]:

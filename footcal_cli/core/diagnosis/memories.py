@@ -26,7 +26,7 @@ from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
 MEMORIES = having(Trait.SPECTRUM)
-_FORM = 2.0
+FORM = 2.0
 """So many times as much must the wrong kind leave to the right one, as that leaves to it. Of six
 loops (Bouc and Wen, Dahl, Preisach) and nine creeps (two stages, logarithm, powers, load-dependent,
 slower in recovery) on four ladders of four to nine loads, 5 to 20 s each, without noise, the wrong
@@ -44,10 +44,10 @@ def surer(
     if not _of_two_kinds(subject.table, one.cause, other.cause):
         return False
     mine, its = (_every_form(subject, t.cause) for t in (one, other))
-    both = _left(one.bare, np.hstack([mine, its]), noise)
-    excess = _left(one.bare, mine, noise) - both
-    others = _left(other.bare, its, noise) - both
-    return sign_flip_mean(others - _FORM * excess, signs) < rules.alpha_left
+    both = left_with(one.bare, np.hstack([mine, its]), noise)
+    excess = left_with(one.bare, mine, noise) - both
+    others = left_with(other.bare, its, noise) - both
+    return sign_flip_mean(others - FORM * excess, signs) < rules.alpha_left
 
 
 def _of_two_kinds(table: Mapping[str, Effect], one: Cause, other: Cause) -> bool:
@@ -66,7 +66,7 @@ def _every_form(subject: Subject, cause: Cause) -> FloatArray:
     return unit_columns(subject.problem.columns[:, columns])
 
 
-def _left(bare: Problem, columns: FloatArray, noise: Noise) -> FloatArray:
+def left_with(bare: Problem, columns: FloatArray, noise: Noise) -> FloatArray:
     """Held-out squared error of each block with further columns fitted, shape (B,)."""
     grams = calibration_grams(bare.holding(columns), noise, counted=False)
     return held_out_loss(grams.inner, grams.calibration)

@@ -20,6 +20,7 @@ from footcal_cli.core.diagnosis.growth import grown_by_one
 from footcal_cli.core.diagnosis.jumps import Jump, once_beside
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
+from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
@@ -155,6 +156,27 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
         start=start,
         removed=start - end,
     )
+
+
+def as_one_mixture(subject: Subject, path: Path, seed: int) -> Path:
+    """The path with a set in the place of two patterns of linear mixtures, if two are all it has.
+
+    Together they copy further mixtures, as a shift of each cell of its own, that no single pattern
+    does: the data then say that it is a mixture, and neither that it is these two nor which one.
+    """
+    both = [c for c in path.causes if {s.effect for s in (c.signature, *c.rivals)} <= LINEAR]
+    if len(both) != 2 or len(path.causes) != 2 or len(set(_effects(path))) != 2:
+        return path
+    alone = [refitted_with(subject, [cause], None) for cause in both]
+    at = int(np.argmin([float(model.residual @ model.residual) for model in alone]))
+    rivals = (*both[at].rivals, both[1 - at].signature, *both[1 - at].rivals)
+    one = replace(both[at], rivals=tuple({s.effect: s for s in rivals}.values()))
+    answer = path.answers[path.causes.index(both[at])]
+    begun = replace(
+        path, causes=(one,), answers=(answer,), rounds=path.rounds[:1], pair=False, both_ways=False,
+        dropped=(), shorter=None,
+    )  # fmt: skip
+    return continued(subject, begun, alone[at], seed)
 
 
 def jumped(subject: Subject, path: Path, seed: int) -> Path | None:

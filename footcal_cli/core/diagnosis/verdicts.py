@@ -24,6 +24,7 @@ from footcal_cli.core.diagnosis.engine import (
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.growth import named_columns
 from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
+from footcal_cli.core.diagnosis.kinds import of_another_kind
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
 from footcal_cli.core.diagnosis.pairs import in_other_cells
 from footcal_cli.core.diagnosis.path import Path
@@ -58,6 +59,7 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         or bend_left(last, path.causes, path.model)
         or (subject.case.drifts and last.before.spell_p < rules.alpha_small)
         or _outdone(subject, path, rules)
+        or (verdict in NAMING and of_another_kind(subject, path, rules, seed))
         or subject.zero_is_named(path.causes)
     )
     bent = any(item.as_form and item.left.p < rules.alpha_form for item in unnamed)

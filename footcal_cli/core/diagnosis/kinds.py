@@ -1,0 +1,131 @@
+"""A name against kinds of causes that need no name: loops, linear memories, smooth curves.
+
+Names are compared with names of the table. What the table lacks is then taken for what it
+resembles: a creep that it has not is a loop, a parabola a wrong weight. Plays of several reaches
+add up to any loop, several time constants to any linear memory, a parabola and a cubic to nearly
+any smooth curve: as columns they stand for every cause of their kind, whatever is a candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.memories import FORM, MEMORIES, left_with
+from footcal_cli.core.diagnosis.path import Path
+from footcal_cli.core.diagnosis.rivals import SMOOTH
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.search import WRITTEN
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.unnamed import CURVES
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Scope, is_six_axis
+from footcal_cli.core.inference.case import Case, channels_of
+from footcal_cli.core.inference.evidence import sign_flip_group, sign_flip_mean, sign_patterns
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.shapes import shapes_of
+from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.whitening import Noise
+from footcal_cli.core.parameters import FloatArray
+
+_CURVED = "curve"
+
+
+def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
+    """Whether a kind that is not a name's own explains surely what the name does not.
+
+    ``E = L(name) − L(both)`` is what a name, in every form of its own kind, leaves to a kind on
+    left-out blocks, ``E′ = L(kind) − L(both)`` what that leaves to it; ``E > 2 E′`` by the signs of
+    the blocks, since the form of a true cause is never quite the table's
+    (`footcal_cli.core.diagnosis.memories`). A number that was written down wrong has no form: there
+    ``E > E′``, and what the kind adds beside the name is sure by its scores, which hold the same
+    evidence with half the noise. Where loads are recorded beside the readings; elsewhere kinds
+    resemble what bodies do.
+
+    Parameters
+    ----------
+    path
+        With its causes, their rivals in the model too; each is asked beside all others.
+    rules, seed
+        Thresholds; of sign patterns.
+    """
+    known = "load" in subject.problem.regressors
+    if path.model is None or not known or is_six_axis(channels_of(subject.case.logs)):
+        return False
+    return any(_outdoes(subject, path, path.model, cause, rules, seed) for cause in path.causes)
+
+
+def _outdoes(
+    subject: Subject, path: Path, model: Refit, cause: Cause, rules: Rules, seed: int
+) -> bool:
+    """Whether another kind explains what one cause does not, beside all other causes."""
+    others = [c for c in path.causes if c is not cause]
+    effects, beside = _effects([cause]), _effects(others)
+    exact, mine = effects <= WRITTEN, {_kind_of(effect) for effect in effects}
+    kinds = dict(_kinds(subject, model.ideal, cause))
+    noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
+    named = subject.bare(model, path.causes)
+    blank = subject.problem.without_candidates
+    if others:
+        alone = subject.bare(subject.refitted_from(others, model), others)
+        blank = alone.without_candidates
+    nothing = blank.columns[:, :0]
+    form = np.hstack([nothing, *(columns for kind, columns in kinds.items() if kind in mine)])
+    plain, formed = left_with(named, nothing, noise), left_with(named, form, noise)
+    mine_left = formed if float(formed.sum()) < float(plain.sum()) else plain
+    for kind, columns in kinds.items():
+        if kind in mine or kind in {_kind_of(effect) for effect in beside}:
+            continue
+        both = left_with(named, np.hstack([form, columns]), noise)
+        left, its = mine_left - both, left_with(blank, columns, noise) - both
+        if exact:
+            surely = sign_flip_mean(left - its, signs) < rules.alpha_rival
+            if surely and _adds_p(named, columns, noise, signs) < rules.alpha_left:
+                return True
+        elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
+            return True
+    return False
+
+
+def _effects(causes: Sequence[Cause]) -> set[str]:
+    return {s.effect for cause in causes for s in (cause.signature, *cause.rivals)}
+
+
+def _kind_of(effect: str) -> str:
+    """The kind of an effect: of a memory its remedy; its own name where it is of none."""
+    if effect in CURVES:
+        return _CURVED
+    return TABLE[effect].remedy if effect in MEMORIES else effect
+
+
+def _kinds(subject: Subject, ideal: Case, cause: Cause) -> Iterator[tuple[str, FloatArray]]:
+    """Columns of each kind where a cause acts, each in every shape, shape (m, k)."""
+    found: dict[str, list[FloatArray]] = {}
+    for name in sorted(MEMORIES | SMOOTH):
+        for shape in shapes_of(ideal, TABLE[name]):
+            found.setdefault(_kind_of(name), []).extend(
+                derivative(ideal, subject.problem, TABLE[name], TABLE[name].size, owners, shape,
+                           seen=ideal.memory())
+                for owners in _places(subject, cause)
+            )  # fmt: skip
+    for kind, columns in found.items():
+        yield kind, unit_columns(np.stack(columns, axis=1))
+
+
+def _places(subject: Subject, cause: Cause) -> list[dict[str, tuple[str, ...]]]:
+    """Owners with one size each: the cells of a cause, all of them where it acts on no cell."""
+    if subject.table[cause.signature.effect].scope is Scope.CHANNEL:
+        return [{owner: units} for owner, units in cause.signature.owners]
+    return [{"all": tuple(channels_of(subject.case.logs))}]
+
+
+def _adds_p(named: Problem, columns: FloatArray, noise: Noise, signs: FloatArray) -> float:
+    """The p, by the signs of the blocks, that columns add nothing beside a name."""
+    grams, _ = whitened_grams(named, columns, noise)
+    return sign_flip_group(scores(grams.inner, grams.calibration, grams.features).score, signs)

@@ -1,0 +1,110 @@
+"""Other ways through the search where one cause at a time leaves something, and if that matters.
+
+Of the room of the diagnosis; `footcal_cli.core.diagnosis.investigation` asks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.engine import left_apart, leftover
+from footcal_cli.core.diagnosis.material import Nameless, line_over_smallest, nameless_of
+from footcal_cli.core.diagnosis.pairs import in_other_cells, likely_pairs
+from footcal_cli.core.diagnosis.path import (
+    Path,
+    as_one_mixture,
+    beginning,
+    found_both_ways,
+    grown,
+    together,
+)
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.verdicts import CLEAR, judged
+from footcal_cli.core.inference.whitening import has_single_rows
+
+
+def matters_of(subject: Subject, path: Path, *, beside: bool) -> bool:
+    """Whether what has no sure name is a finding; a spell within a series has no size here."""
+    last = at_its_size(subject, path).rounds[-1]
+    found = nameless_beside(subject, path, beside=beside)
+    return left_apart(last.before, last.rules) or any(item.matters for item in found)
+
+
+def at_its_size(subject: Subject, path: Path) -> Path:
+    """The path without lines, and spells of single placements, that are too small to matter.
+
+    What makes neighbours in time alike is at most the whole error of an output.
+    """
+    last = path.rounds[-1]
+    if not left_apart(last.before, last.rules):
+        return path
+    found, before = nameless_beside(subject, path, beside=True), last.before
+    if line_over_smallest(path.current, before.line, found) < 1.0:
+        before = replace(before, line=replace(before.line, p=1.0))
+    if subject.problem.rate_hz <= 0 and all(i.whole < i.smallest for i in found):
+        before = replace(before, spell_p=1.0)
+    return replace(path, rounds=(*path.rounds[:-1], replace(last, before=before)))
+
+
+def nameless_beside(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:
+    """What has no name beside those of a path; without `beside` they are no names either."""
+    model = None if beside else path.model
+    return nameless_of(subject.case, subject.problem, path.current, model, path.repeats)
+
+
+def another_way(
+    subject: Subject, path: Path, rules: Rules, seed: int
+) -> tuple[Path, Verdict, float] | None:
+    """A path that begins with two causes at once and leaves nothing; None where none does.
+
+    First the two that were found one after the other, if each is found beside the other. One that
+    removes less than a path that left something is not what is wrong.
+    """
+    again = found_both_ways(subject, path, seed)
+    if again is not None:
+        verdict, share = judged(subject, at_its_size(subject, again), rules, seed)
+        if verdict in CLEAR and share >= rules.share_pair:
+            return again, verdict, share
+    most = path.removed
+    for first in dict.fromkeys(pair[0] for pair in likely_pairs(path.rounds[0].library, rules)):
+        both = together(subject, path, first, seed)
+        if both is not None:
+            both = as_one_mixture(subject, grown(subject, both, rules, seed), seed)
+            verdict, share = judged(subject, at_its_size(subject, both), rules, seed)
+            if verdict in CLEAR and share >= rules.share_pair and both.removed >= most:
+                return both, verdict, share
+            most = max(most, both.removed)
+    return None
+
+
+def without_first(
+    subject: Subject, path: Path, rules: Rules, seed: int
+) -> tuple[Path, Verdict, float] | None:
+    """A path that begins without the first of several causes; None where it leaves something.
+
+    Among few stances the noise is estimated with the error in it: a small cause of many rows may
+    seem to explain more than the large one of a noisy output, which then is only the second.
+    """
+    if len(path.causes) < 2 or not has_single_rows(subject.problem):
+        return None
+    first = path.causes[0].signature.effect
+    other = grown(subject, beginning(subject.problem, rules, seed, {first}), rules, seed)
+    verdict, share = judged(subject, at_its_size(subject, other), rules, seed)
+    return (other, verdict, share) if verdict in CLEAR else None
+
+
+def second_cause(
+    subject: Subject, path: Path, rules: Rules, seed: int
+) -> tuple[Path, Verdict, float] | None:
+    """`another_way` beside a name whose form leaves something, though that does not matter.
+
+    Where loads are known and a calibration stands still; elsewhere two causes copy a third. A
+    second cause that distorts the same cells is the form of the first.
+    """
+    known = "load_n" in subject.case.logs[0].known
+    if not known or not leftover(path.rounds[-1].before, rules):
+        return None
+    found = another_way(subject, path, rules, seed)
+    return found if found and in_other_cells(subject.table, found[0].causes) else None

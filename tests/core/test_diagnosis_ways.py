@@ -1,0 +1,108 @@
+"""Two patterns of one mixture, and a second cause in what a name leaves that does not matter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.chain import Chain, link
+from footcal_cli.core.diagnosis import ways
+from footcal_cli.core.diagnosis.answer import Cause, Verdict
+from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.contenders import refitted_with
+from footcal_cli.core.diagnosis.path import Path, as_one_mixture, beginning, continued
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.experiments import placements
+from footcal_cli.core.inference.case import Case, rows_of
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.parameters import ParameterSet
+from footcal_cli.core.simulation.bench_logs import PlacementsPlan, placements_log
+from tests.core.test_diagnosis_bridge import ROBOT, Hidden, affine, calibrated, distorted
+
+RULES = Rules()
+CELLS = tuple(c for c in ROBOT.channels if c.startswith("left"))
+
+
+def placed(seed: int, *hidden: Hidden) -> Case:
+    """Weights on the holes of the left foot."""
+    values = {n: v for n, v in calibrated(seed).items() if n.startswith("left")}
+    chain = Chain((link(TABLE["scale_bias"], CELLS),))
+    plan = PlacementsPlan(loads_n=(4.9, 19.6, 40.0), repeats=3)
+    log = placements_log(ROBOT, "left", plan, *distorted(chain, values, *hidden), seed=seed).log
+    free = tuple(p for p in affine(calibrated(seed)) if p.name.startswith("left"))
+    return Case(
+        placements.EXPERIMENT, (log,), chain, values, ParameterSet(free),
+        tolerance_n=0.02, tolerance_nm=0.001, groups=dict.fromkeys(CELLS, "left"),
+    )  # fmt: skip
+
+
+def named_both(case: Case, *effects: str) -> tuple[Subject, Path]:
+    """The path with two causes, each where it explains most."""
+    table = {name: TABLE[name] for name in effects}
+    problem = problem_from(case, rows_of(case), table.values(), describe)
+    subject = Subject(case, problem, table, describe)
+    path = beginning(problem, RULES, 0)
+    evidence, library = path.rounds[0].search.first, path.rounds[0].library
+    gain, nothing = evidence.gain.sum(axis=0), Interval(0.0, 0.0, 0.0)
+    causes = []
+    for effect in effects:
+        mine = [c for c, (name, *_) in enumerate(library.causes) if name == effect]
+        best = max(mine, key=lambda c: float(gain[c]))
+        signature = problem.signatures[library.index(int(evidence.best[best]))]
+        size = evidence.interval(best)
+        causes.append(Cause(signature, size, 1.0, nothing, 0, 0.0, rivals=(), places=()))
+    model = refitted_with(subject, causes, refitted_with(subject, causes[:1], None))
+    begun = replace(path, causes=tuple(causes), answers=path.rounds * 2)
+    return subject, continued(subject, begun, model, 0)
+
+
+def test_two_patterns_of_a_mixture_are_one_cause_and_neither_is_certain() -> None:
+    rng = np.random.default_rng(3)
+    shifts = {
+        f"{c}.cell_correction_{axis}": float(by)
+        for c in CELLS
+        for axis, by in zip("xy", 1e-3 * rng.normal(size=2), strict=True)
+    }
+    case = placed(3, ("cell_position", {c: (c,) for c in CELLS}, shifts))
+    subject, path = named_both(case, "cell_position", "crosstalk")
+    one = as_one_mixture(subject, path, 0)
+    assert len(one.causes) == 1
+    (cause,) = one.causes
+    named = {cause.signature.effect, *(s.effect for s in cause.rivals)}
+    assert named == {"cell_position", "crosstalk"}
+    assert one.removed >= 0.9 * path.removed  # both patterns are in the model still
+
+
+def test_a_curve_and_a_mixture_stay_two_causes() -> None:
+    case = placed(
+        4, ("nonlinearity", {"all": CELLS}, {"all.quadratic": -0.0013}),
+        ("crosstalk", {"all": CELLS}, {"all.crosstalk": 0.0064, "all.crosstalk_from": 0.0}),
+    )  # fmt: skip
+    subject, path = named_both(case, "nonlinearity", "crosstalk")
+    assert as_one_mixture(subject, path, 0) is path
+
+
+@pytest.mark.parametrize(
+    ("known", "left", "apart", "taken"),
+    [("load_n", True, True, True), ("com_m", True, True, False), ("load_n", False, True, False),
+     ("load_n", True, False, False)],
+)  # fmt: skip
+def test_a_second_cause_is_looked_for_in_what_is_surely_left_beside_known_loads(
+    monkeypatch: pytest.MonkeyPatch, known: str, *, left: bool, apart: bool, taken: bool
+) -> None:
+    pair = SimpleNamespace(causes=())
+    monkeypatch.setattr(ways, "leftover", lambda *_: left)
+    monkeypatch.setattr(ways, "another_way", lambda *_: (pair, Verdict.NAMED, 1.0))
+    monkeypatch.setattr(ways, "in_other_cells", lambda *_: apart)
+    log = SimpleNamespace(known={known: None})
+    subject = cast(Any, SimpleNamespace(case=SimpleNamespace(logs=(log,)), table={}))
+    path = cast(Any, SimpleNamespace(rounds=(SimpleNamespace(before=None),)))
+    found = ways.second_cause(subject, path, RULES, 0)
+    assert (found is not None) is taken
