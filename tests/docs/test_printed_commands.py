@@ -190,7 +190,7 @@ CASES: dict[str, Case] = {
     "footcal online-replay 14_1.csv --recipe recipes/reemc_walking.toml --out out/14_1": Case(
         _public
     ),
-    "footcal diagnose 14_1.csv --recipe recipes/reemc_walking.toml --out out/why": Case(_public),
+    "footcal diagnose 14_2.csv --recipe recipes/reemc_walking.toml --out out/why": Case(_public),
     "footcal static-init 14_1.csv --recipe recipes/reemc_walking.toml --until-s 1.0 "
     "--out out/second": Case(_public),
     "footcal static-init test_poids_loadsol.csv --recipe recipes/loadsol_insoles.toml "
