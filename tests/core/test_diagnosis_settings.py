@@ -18,7 +18,7 @@ from footcal_cli.core.inference.settings import (
     part_variances,
     repeated,
     row_levels,
-    within_settings,
+    whiten_parts,
 )
 from footcal_cli.core.inference.settled import settled
 from footcal_cli.core.inference.shapes import possible_times
@@ -49,8 +49,8 @@ def whitened(settings: Settings, noise: FloatArray, parts: list[Parts]) -> Float
     every = settings.rows(np.arange(noise.size))
     left = beside_settings(common, noise, settings.columns, every, settings.shown)
     variances = part_variances(left, settings.columns, parts)
-    columns = np.column_stack([settings.columns, common, noise])
-    both = within_settings(columns, settings.columns, parts, variances)
+    both = np.column_stack([settings.columns, common, noise])
+    whiten_parts(both, settings.columns, parts, variances)
     loose, rest = both[:, :1], both[:, 1:]
     kept: IntArray = np.arange(noise.size)
     groups = settings.rows(kept)

@@ -7,6 +7,7 @@ that no cell feels. Each side has frequencies of its own, and cycles of a gait d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +16,7 @@ from footcal_cli.core.contact import cycle_phase
 from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _POINTS = 64
 """Of a cycle: 20 Hz of a cycle of 1.5 s, of which a low-pass at 10 Hz leaves nothing."""
@@ -72,13 +73,8 @@ def shared_with_inputs(
 def _of_loads(log: Log, balance: Balance, derivative: FloatArray) -> FloatArray:
     """Power that loads of feet add to each moment per power of each total force, (k, k)."""
     force, moment = (np.array([u == unit for u in balance.units]) for unit in ("N", "Nm"))
-    total = force & ((derivative != 0.0).sum(axis=2).max(axis=0, initial=0) > 1)
-    levers = np.where(moment[None, :, None], derivative, 0.0)
-    torque = np.char.find(np.array(log.channels), ".t") >= 0
-    levers[:, :, torque] = 0.0
-    if not torque.any():
-        for cells in columns_of(Scope.FOOT, log.channels):
-            levers[:, :, cells] = levers[:, :, cells].mean(axis=2, keepdims=True)
+    total = force & (acting(derivative) > 1)
+    levers = _untwisted(log.channels, np.where(moment[None, :, None], derivative, 0.0))
     squared, own = (np.mean(x**2, axis=0) for x in (levers, derivative))
     of_force = np.where(total[:, None], own, 0.0)
     main = of_force == of_force.max(axis=0, initial=1e-300)
@@ -88,16 +84,32 @@ def _of_loads(log: Log, balance: Balance, derivative: FloatArray) -> FloatArray:
 
 def _of_readings(experiment: Experiment, log: Log, balance: Balance) -> FloatArray:
     """What the readings add to each output, to a moment by turning about their own feet, (n, k)."""
-    apart = log.readings.copy()
-    torque = np.char.find(np.array(log.channels), ".t") >= 0
-    apart[:, torque] = 0.0
-    if not torque.any():
-        for cells in columns_of(Scope.FOOT, log.channels):
-            apart[:, cells] = apart[:, cells].mean(axis=1, keepdims=True)
     moment = np.array([unit == "Nm" for unit in balance.units])
-    none = experiment.balance(log.with_readings(np.zeros_like(apart))).error
-    untwisted = experiment.balance(log.with_readings(apart)).error
-    return np.asarray(balance.error - np.where(moment, untwisted, none))
+    of_none, of_forces = (
+        experiment.balance(log.with_readings(readings)).error
+        for readings in (np.zeros_like(log.readings), _untwisted(log.channels, log.readings))
+    )
+    return np.asarray(balance.error - np.where(moment, of_forces, of_none))
+
+
+def _untwisted(channels: Sequence[str], values: FloatArray) -> FloatArray:
+    """Values of channels (..., c) without what turns about their own feet: means, no torques."""
+    torque, out = torques(channels), values.copy()
+    out[..., torque] = 0.0
+    if not torque.any():
+        for cells in columns_of(Scope.FOOT, channels):
+            out[..., cells] = out[..., cells].mean(axis=-1, keepdims=True)
+    return out
+
+
+def torques(channels: Sequence[str]) -> BoolArray:
+    """Which channels are torque axes, shape (c,)."""
+    return np.asarray(np.char.find(np.array(channels), ".t") >= 0)
+
+
+def acting(derivative: FloatArray) -> IntArray:
+    """How many channels act on each output, of a balance's derivative (n, k, c); shape (k,)."""
+    return np.asarray((derivative != 0.0).sum(axis=2).max(axis=0, initial=0))
 
 
 def _cycles(series: FloatArray, starts: IntArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.chain import Chain, Seen
 from footcal_cli.core.experiments.contract import Balance, Experiment
 from footcal_cli.core.inference.case import Case
-from footcal_cli.core.inference.exogenous import shared_with_inputs
+from footcal_cli.core.inference.exogenous import acting, shared_with_inputs, torques
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.signals import means_of, stretches
@@ -51,18 +51,19 @@ def balanced(
         of_log = None if seen is None else seen[number]
         truth = used.truth(case.judged[number] if few else log, values, of_log)
         balance, derivative, spread = _linearised(case, truth)
-        error = np.where(balance.valid, np.nan_to_num(balance.error), 0.0)
         if not case.demand_noisy:
+            error = np.where(balance.valid, np.nan_to_num(balance.error), 0.0)
             change = _least_change(derivative, error, balance.valid) * spread
             ideal = truth.with_readings(truth.readings - change)
         else:
             whole = used.truth(log, values, of_log) if few else truth
             rows = slice(None, None, case.stride if few else 1)
-            parts = _noise_of_both_sides(case.experiment, whole, derivative / spread)
+            of_whole = case.experiment.balance(whole) if few else balance
+            parts = _noise_of_both_sides(case.experiment, whole, of_whole, derivative / spread)
             beside, felt, turning = (part[rows] for part in parts)
             change = beside + _least_change(derivative, felt, balance.valid) * spread
             ideal = truth.with_readings(truth.readings - change)
-            ideal = _demand_moved(case.experiment, ideal, turning)
+            ideal = _demand_moved(case.experiment, ideal, balance.outputs, turning)
         logs.append(used.apply(ideal, values)[0])
     return replace(case, logs=tuple(logs), stride=1 if few else case.stride)
 
@@ -70,7 +71,7 @@ def balanced(
 def _linearised(case: Case, truth: Log) -> tuple[Balance, FloatArray, FloatArray]:
     """Balance of a log, its derivative by the readings in units of noise, (n, k, c), and these."""
     balance = case.experiment.balance(truth)
-    spread = np.where(np.char.find(np.array(truth.channels), ".t") >= 0, TORQUE_SHARE, 1.0)
+    spread = np.where(torques(truth.channels), TORQUE_SHARE, 1.0)
     derivative = np.empty((*balance.error.shape, spread.size))
     for c in range(spread.size):
         moved = truth.readings.copy()
@@ -109,24 +110,22 @@ def _least_change(derivative: FloatArray, error: FloatArray, valid: BoolArray) -
 
 
 def _noise_of_both_sides(
-    experiment: Experiment, truth: Log, derivative: FloatArray
+    experiment: Experiment, truth: Log, balance: Balance, derivative: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Noise of channels beside swings (n, c), and parts of the rest in readings and L̇, (n, k).
 
     Parameters
     ----------
-    truth
+    truth, balance
         All rows of a walk.
     derivative
         Of the balance by the channels, of some rows, (m, k, c).
     """
-    balance = experiment.balance(truth)
     beside = _noise_beside(truth, balance, derivative)
     quiet = truth.with_readings(truth.readings - beside)
     balance = experiment.balance(quiet)
     felt, turning = shared_with_inputs(experiment, quiet, balance, derivative)
-    alone = (derivative != 0.0).sum(axis=2).max(axis=0, initial=0) == 1
-    felt = np.where(alone & balance.valid, np.nan_to_num(balance.error), felt)
+    felt = np.where((acting(derivative) == 1) & balance.valid, np.nan_to_num(balance.error), felt)
     return beside, felt, turning
 
 
@@ -144,8 +143,7 @@ def _noise_beside(truth: Log, balance: Balance, derivative: FloatArray) -> Float
         Of the balance by the channels, zero where an output is not valid, of some rows, (m, k, c).
     """
     time_s, noise = truth.time_s, np.zeros_like(truth.readings)
-    acting = derivative != 0.0
-    alone = (acting.sum(axis=2).max(axis=0, initial=0) == 1) & ~balance.valid.all(axis=0)
+    alone = (acting(derivative) == 1) & ~balance.valid.all(axis=0)
     for k in np.flatnonzero(alone):
         row, channel = (int(i[0]) for i in np.nonzero(derivative[:, k]))
         shown = truth.readings[:, channel]
@@ -162,7 +160,9 @@ def _noise_beside(truth: Log, balance: Balance, derivative: FloatArray) -> Float
     return noise
 
 
-def _demand_moved(experiment: Experiment, log: Log, turning: FloatArray) -> Log:
+def _demand_moved(
+    experiment: Experiment, log: Log, outputs: Sequence[str], turning: FloatArray
+) -> Log:
     """A standing or walking log whose body moves as the readings demand, where both are noisy.
 
     L̇ takes its part of the moments. Acceleration takes the rest of the forces, and that of the
@@ -173,11 +173,12 @@ def _demand_moved(experiment: Experiment, log: Log, turning: FloatArray) -> Log:
 
     Parameters
     ----------
+    outputs
+        Of the balance.
     turning
         What L̇ holds of the errors, (n, k).
     """
-    balance = experiment.balance(log)
-    at = {name: i for i, name in enumerate(balance.outputs)}
+    at = {name: i for i, name in enumerate(outputs)}
     if not {"fz", "mx", "my"} <= set(at):
         return log
     rate = log.known["angmom_rate_nm"] + turning[:, [at["mx"], at["my"]]]

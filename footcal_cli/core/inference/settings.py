@@ -207,29 +207,20 @@ def part_variances(left: FloatArray, loose: FloatArray, parts: list[Parts]) -> l
     ]
 
 
-def within_settings(
+def whiten_parts(
     white: FloatArray, loose: FloatArray, parts: list[Parts], variances: list[FloatArray]
-) -> FloatArray:
-    """Columns whitened for what differs from part to part of a setting, shape (n, k).
+) -> None:
+    """Whiten columns, in place, for what differs from part to part of a setting.
 
     Parameters
     ----------
     white, loose
-        What is to be whitened, and Z, rows already white within a part.
+        What is to be whitened, shape (n, k), and Z, rows already white within a part.
     parts, variances
         From `Settings.parts` and `part_variances`.
     """
-    out = white.copy()
-    whiten_parts(out, loose, parts, variances)
-    return out
-
-
-def whiten_parts(
-    out: FloatArray, loose: FloatArray, parts: list[Parts], variances: list[FloatArray]
-) -> None:
-    """`within_settings`, in place."""
     for part, variance in zip(parts, variances, strict=True):
-        _shrink(out, part.groups, loose[:, part.columns] * np.sqrt(variance))
+        _shrink(white, part.groups, loose[:, part.columns] * np.sqrt(variance))
 
 
 def _shrink(out: FloatArray, groups: Sequence[IntArray], loose: FloatArray) -> None:
