@@ -19,6 +19,7 @@ from footcal_cli.core.diagnosis.rivals import (
     Tried,
     adding_p,
     adds_more,
+    as_fitted,
     excess_of,
     level_of,
     likelier,
@@ -46,7 +47,7 @@ from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.shapes import shapes_of
-from footcal_cli.core.inference.signatures import SWITCHES, own_place
+from footcal_cli.core.inference.signatures import SWITCHES, Owners, own_place
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
@@ -343,6 +344,8 @@ def _where(
     if own is None or len(effect.sizes) > 1 or effect.name in LINEAR:
         return cause, best.fitted, loss
     where, owners = own
+    if not _differs_by_cell(subject, best, owners, noise, signs, rules):
+        return cause, best.fitted, loss
     apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
     fitted = refitted_with(subject, [*causes, apart], model)
     if not fitted.converged:  # so many sizes and shapes at once can follow anything
@@ -359,6 +362,25 @@ def _where(
     if sure < _SURE_CELLS or sign_flip_mean(loss - less, signs) >= rules.alpha_name:
         return cause, best.fitted, loss
     return replace(apart, places=()), fitted, less
+
+
+def _differs_by_cell(
+    subject: Subject,
+    best: Tried,
+    owners: Owners,
+    noise: Noise,
+    signs: FloatArray,
+    rules: Rules,
+) -> bool:
+    """Whether a size for each cell surely predicts better, to first order about the fitted one.
+
+    What is not there to first order is no reason for a refit of all cells.
+    """
+    mine = as_fitted(best)
+    each = subject.beside(best.fitted, [replace(mine, owners=(own,)) for own in owners])
+    apart = best.bare.holding(each)
+    gain = white_loss(best.bare, noise) - white_loss(apart, noise)
+    return sign_flip_mean(gain, signs) < rules.alpha_name
 
 
 def _aliases_of(

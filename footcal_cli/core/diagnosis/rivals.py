@@ -254,7 +254,7 @@ def adding_p(
     beside
         What stands by the other one.
     """
-    mine = _as_fitted(best)
+    mine = as_fitted(best)
     taken = subject.beside(other.fitted, beside)
     columns = subject.beside(other.fitted, [mine])
     if not columns.size:
@@ -295,7 +295,7 @@ def _elsewhere(mine: Signature, signatures: Iterable[Signature]) -> list[Signatu
     return [s for where, s in places.items() if where != mine.where]
 
 
-def _as_fitted(tried: Tried) -> Signature:
+def as_fitted(tried: Tried) -> Signature:
     """The signature of a contender in the shape that its refit found."""
     signature = tried.cause.signature
     owner = signature.owners[0][0]

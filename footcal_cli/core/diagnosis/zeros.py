@@ -41,6 +41,15 @@ def _changed_by(table: Mapping[str, Effect], signature: Signature) -> str | None
     return owner if len(members) == 1 else None
 
 
+def _shown_by(table: Mapping[str, Effect], signature: Signature) -> str | None:
+    """Whose zero a candidate changes, or has a constant part of its own next to, None elsewhere."""
+    constant = any(p.beside for p in table[signature.effect].sizes)
+    if not constant or len(signature.owners) != 1:
+        return _changed_by(table, signature)
+    owner, members = signature.owners[0]
+    return owner if len(members) == 1 else None
+
+
 def known_zeros(case: Case) -> list[str]:
     """Owners of what was known of the calibration before these logs."""
     return list(dict.fromkeys(p.name.rsplit(".", 1)[0] for p in _known(case)))
@@ -98,7 +107,7 @@ def with_their_zeros(
     """
     kin: dict[str, list[int]] = {}
     for k, signature in enumerate(lib.problem.signatures):
-        owner = _changed_by(table, signature)
+        owner = _shown_by(table, signature)
         if owner is not None and owner in zeros:
             kin.setdefault(owner, []).append(k)
     if not kin:
