@@ -11,8 +11,10 @@ from scipy.signal import lfilter
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.contact import airborne
 from footcal_cli.core.diagnosis.aliases import aliases
+from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.comparison import never_distinguished
+from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.nested import level_of_fewer
 from footcal_cli.core.diagnosis.rules import Rules
@@ -312,3 +314,21 @@ def test_an_effect_that_one_cell_has_already_is_sought_in_its_group_and_in_the_o
     np.testing.assert_allclose(
         found.columns[:, at], expected, atol=0.02 * float(np.abs(expected).max())
     )
+
+
+def test_a_dead_zone_that_is_undone_is_not_blamed_for_the_noise_of_small_loads() -> None:
+    cell = ROBOT.channels[0]
+    sizes = {f"{cell}.dead_zone": 0.4, f"{cell}.dead_zone_width": 5.0}
+    case = walk_case(3, ("dead_zone", {cell: (cell,)}, sizes))
+    log, rng = case.logs[0], np.random.default_rng(3)
+    noise = lfilter([np.sqrt(1.0 - 0.95**2)], [1.0, -0.95], rng.normal(size=log.readings.shape), 0)
+    scale = np.array([case.values[f"{c}.scale"] for c in ROBOT.channels])
+    loud = replace(log, readings=log.readings + 0.15 * noise / scale)
+    found = investigate(replace(case, logs=(loud,)), TABLE, describe)
+    (named,) = found.found
+    assert found.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS)
+    assert named.owner == cell
+    said = {named.cause.signature.effect, *(r.effect for r in named.cause.rivals)}
+    assert "dead_zone" in said
+    # the error of the swings is larger than before: small loads are as uncertain as they were
+    assert any(gain.after > gain.before for gain in found.gains)

@@ -77,6 +77,39 @@ def test_only_what_explains_something_beside_a_free_zero_comes_with_it(
         assert best[1].value == pytest.approx(coupling, rel=0.2)
 
 
+def pulled(pull_n: float, mean_n: float) -> Case:
+    """Poses on a leg that a cable pulls up as its shaft turns; offsets known as it hung free."""
+    sizes = {"cable_fz_sin": pull_n, "cable_fz_mean": mean_n}
+    chain, values = distorting("cable_drag", LEG, sizes)
+    return with_known_offsets(pose_case(6, chain, values), HUNG)
+
+
+@pytest.mark.parametrize(("pull_n", "mean_n"), [(0.8, -1.2), (0.0, -1.2)])
+def test_a_pull_is_sought_next_to_its_own_constant_part(pull_n: float, mean_n: float) -> None:
+    case = pulled(pull_n, mean_n)
+    table = {name: TABLE[name] for name in ("cable_drag", "zero_shift")}
+    problem = problem_from(case, rows_of(case), table.values(), describe)
+    subject = Subject(case, problem, table, describe)
+    zeros = {leg: subject.zero(leg) for leg in LEGS}
+    lib = diagnose(problem, Rules(), 0).library
+    signs, level = sign_patterns(problem.blocks, 0), Rules().alpha_name
+    found = list(with_their_zeros(lib, zeros, table, signs, level))
+    sizes = {s.owners[0][0]: size.value for s, size, _ in found if s.parameter == "cable_fz_sin"}
+    assert (LEG in sizes) == (pull_n > 0.0)
+    if pull_n:
+        assert sizes[LEG] == pytest.approx(pull_n, rel=0.2)
+
+
+def test_a_pull_with_a_constant_part_is_one_cause() -> None:
+    found = investigated(pulled(0.8, -1.2))
+    (named,) = found.found
+    assert found.verdict is Verdict.NAMED
+    assert named.cause.signature.effect == "cable_drag"
+    sized = dict(zip(named.parameter_names, named.intervals, strict=True))
+    assert sized[f"{LEG}.cable_fz_sin"].low <= 0.8 <= sized[f"{LEG}.cable_fz_sin"].high
+    assert sized[f"{LEG}.cable_fz_mean"].low <= -1.2 <= sized[f"{LEG}.cable_fz_mean"].high
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("coupling", "zero_n"), [(0.05, 0.6), (0.0, 0.6)])
 def test_a_coupling_that_moves_its_zero_is_one_cause_and_a_zero_that_moves_is_another(

@@ -99,7 +99,11 @@ def beginning(problem: Problem, rules: Rules, seed: int, without: Collection[str
 
 
 def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
-    """The path with one more cause at a time, until none is left or the most are reached."""
+    """The path with one more cause at a time, until none is left or the most are reached.
+
+    As it began where refitted causes predict no block better: the linear proxy was wrong there.
+    """
+    baseline = path
     while len(path.causes) < rules.most_effects and not at_an_end(subject, path.causes, path.model):
         found, answer = grown_by_one(
             subject, path.causes, path.model, path.current, path.rounds[-1], path.start, seed
@@ -115,7 +119,7 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
             break  # a further cause that predicts no block better is the form of those before it
         before = path if path.causes else None
         path = replace(_needed_alone(subject, longer, seed), shorter=before)
-    return path
+    return baseline if path.causes and path.removed <= 0.0 else path
 
 
 def _needed_alone(subject: Subject, path: Path, seed: int) -> Path:

@@ -32,7 +32,6 @@ from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.evidence import sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.problem import Problem
@@ -40,7 +39,6 @@ from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
-_HIDING = frozenset({Trait.LOW_PASS, Trait.SPECTRUM})
 LEAST_STABLE = 0.5
 """Share of blocks without which a name is chosen again, below which it is none."""
 
@@ -144,26 +142,20 @@ def standing(
         old = np.where(same, output_losses(problem, final.law), nested.bare)
         new = np.where(same, output_losses(extended, final.law), nested.loss)
         gains = gains_from(problem, old, new)
-        if path.model is not None and any(gain.after > gain.before for gain in gains):
-            # a model that undoes a dead zone makes the noise of small loads larger, not its error
-            fair = subject.without_credit(extended, path.model)
-            new = np.where(same, output_losses(fair, final.law), nested.loss)
-            better = bought(gains_from(problem, old, new), problem) > 0.0
     if problem.pieces or problem.known is not None:
         # a test of rows takes the pieces of a stance for more than they are, and a name may only
         # spare a known calibration a way that no block asks for: blocks judge too
         removed = removed_in_what_is_open(problem, extended, final.law)
         removed = np.where(alike, removed, nested.removed)
-        better = better or float(removed.sum()) > 0.0
+        better = float(removed.sum()) > 0.0
         p = sign_flip_mean(removed, sign_patterns(problem.blocks, seed))
     if problem.pieces or hidden:
         among = likeness_of(library, rules)
         departure = departure_of(problem, extended, final.law, count, among)
-    # without whitening a model that undoes a low-pass, or a play that hides small changes of load,
-    # is blamed for the noise that it makes larger: where a calibration is tracked, the innovations
-    # are what such a model answers for
-    undone = any(_HIDING & {*subject.table[c.signature.effect].traits} for c in path.causes)
-    innovated = undone and problem.tracking is not None and path.removed > 0.0
+    # without whitening a model that undoes a low-pass, a dead zone, or a play that hides small
+    # changes of load, is blamed for the noise that it makes larger: where a calibration is tracked,
+    # the innovations are what a model answers for
+    innovated = problem.tracking is not None and path.removed > 0.0
     better = better or innovated or bought(gains, problem) > 0.0
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, better, departure)
 

@@ -34,6 +34,12 @@ _HOW_TO_READ = (
 )
 
 
+_WITHOUT_NAME = {
+    Verdict.UNKNOWN: "the residual is still too large",
+    Verdict.NONE: "it fails its refit, or what it explains does not matter",
+}
+
+
 def evidence_sheet(found: Investigation) -> Sheet:
     """One row per effect that was tested, by gain."""
     rows = [
@@ -63,12 +69,10 @@ def table_rows(found: Investigation) -> list[EffectRow]:
     """Rows of named effects as they were accepted, the others beside the extended model."""
     if found.verdict is Verdict.BAD_DATA:
         return [_open(row, "the readings are wrong") for row in found.rounds[0].effects]
-    if found.verdict is Verdict.UNKNOWN:
+    if found.verdict in _WITHOUT_NAME:
         # what was accepted on the way did not stand in the end
         return [
-            _open(row, "the residual is still too large")
-            if row.status is EffectStatus.PRESENT
-            else row
+            _open(row, _WITHOUT_NAME[found.verdict]) if row.status is EffectStatus.PRESENT else row
             for row in found.rounds[0].effects
         ]
     rows: list[EffectRow] = []
