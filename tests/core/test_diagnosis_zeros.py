@@ -100,6 +100,7 @@ def test_a_pull_is_sought_next_to_its_own_constant_part(pull_n: float, mean_n: f
         assert sizes[LEG] == pytest.approx(pull_n, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_pull_with_a_constant_part_is_one_cause() -> None:
     found = investigated(pulled(0.8, -1.2))
     (named,) = found.found
