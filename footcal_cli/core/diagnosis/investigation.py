@@ -203,10 +203,17 @@ def named(subject: Subject, stands: Standing) -> Investigation:
 
 
 def _without_name(subject: Subject, path: Path, verdict: Verdict, share: float) -> Investigation:
-    """An answer that names nothing; what came nearest stands beside it."""
-    problem = subject.problem
+    """An answer that names nothing; what came nearest stands beside it.
+
+    What surely repeats, by as much as matters, is not nothing, whatever it does to left-out blocks.
+    """
+    problem, found = subject.problem, tuple[Nameless, ...]()
+    if verdict is not Verdict.BAD_DATA:
+        found = nameless_beside(subject, path, beside=False)
+    last = path.rounds[-1]
+    repeats = last.before.p < last.rules.alpha_unknown and any(i.repeats_much for i in found)
     return Investigation(
-        verdict=verdict,
+        verdict=Verdict.UNKNOWN if verdict is Verdict.NONE and repeats else verdict,
         rounds=path.rounds,
         found=(),
         nearest=_found(subject, path),
@@ -217,9 +224,7 @@ def _without_name(subject: Subject, path: Path, verdict: Verdict, share: float) 
         final=problem,
         share=share,
         stable=1.0,
-        nameless=()
-        if verdict is Verdict.BAD_DATA
-        else nameless_beside(subject, path, beside=False),
+        nameless=found,
     )
 
 

@@ -55,9 +55,14 @@ class Nameless:
         return float(np.sqrt(max(self.whole**2 - self.white**2, 0.0)))
 
     @property
+    def repeats_much(self) -> bool:
+        """Whether the part that repeats is as large as what matters."""
+        return self.rms >= self.smallest
+
+    @property
     def matters(self) -> bool:
         """Whether it is as large as what matters, or all that is left is no noise of this robot."""
-        return self.rms >= self.smallest or self.lasting >= MOST * self.smallest
+        return self.repeats_much or self.lasting >= MOST * self.smallest
 
 
 def nameless_of(
