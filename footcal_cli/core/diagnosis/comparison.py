@@ -147,12 +147,17 @@ def decided(
     if _gains_of_all(subject.table[mine.effect], best.cause):
         same |= {t.cause.signature.effect for t in tried
                  if Trait.ALL_ALIKE in subject.table[t.cause.signature.effect].traits}  # fmt: skip
+    # in a noise that has the cause in it the two look less alike than their refits are
+    same |= {name for name, more in lost.items() if more < (1.0 - rules.same**2) * gain}
     # of two that are so much alike none leaves a good part of what the other one explains
     left = {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
     same -= left - OF_ANY_ORDER
     smooth = without_its_edge(subject, causes, model, best, noise, signs, rules, gain)
     same |= {s.effect for s in smooth}
-    worse = (worse - same) | (stopped - {mine.effect})
+    # what only its bound stops is something else; that something may be what the best one copies
+    sized = {t.cause.signature.effect for t in tried
+             if t.cause.signature.effect in stopped and significant(t)}  # fmt: skip
+    worse = (worse - same) | (sized - {mine.effect})
     late = onset_moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]
