@@ -76,7 +76,8 @@ class Rules:
     pair_share, share_pair, most_pairs
         The same as `later_share` of two causes looked for together, where one at a time ended
         unknown: so little is believed only where nothing is left beside both, and they explain at
-        least `share_pair` of what can be explained. So many pairs are tried.
+        least `share_pair` of what can be explained. So many pairs are tried. `pair_share` also of
+        a later cause that acts on other sensors than those before it, whose form it cannot be.
     most_effects
         Effects accepted at most.
     most_tries
