@@ -66,7 +66,7 @@ class Rules:
         Share of what the causes before it have removed that a later one must remove; less may be
         what the first one's form gets wrong: no foreign form of an effect is nearer to the table's
         (POSTERIOR.md, form error). Beside what was only written down wrong, which has no form,
-        `later_share`.
+        `later_share`; `pair_share` where no form of the first does it (diagnosis/beyond.py).
     later_share
         Curves without a name that remove more beside the
         named causes (p < `alpha_form`) make them unknown, as do sizes of single cells held at zero
