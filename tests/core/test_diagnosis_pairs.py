@@ -192,6 +192,35 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
     assert (None if found is None else found[0].removed) == taken
 
 
+def test_a_pair_is_refitted_as_proposed_where_none_grows_from_its_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Paths that left something before it are kept, for what single blocks say of both."""
+    library = SimpleNamespace(
+        problem=SimpleNamespace(
+            signatures=[SimpleNamespace(effect=str(i), where="") for i in range(3)]
+        )
+    )
+    nothing = Path((), None, (), (SimpleNamespace(library=library),), None, removed=50.0)  # type: ignore[arg-type]
+    monkeypatch.setattr(ways, "likely_pairs", lambda *_: [(0, 1), (0, 2)])
+    monkeypatch.setattr(ways, "together", lambda _subject, path, *_: replace(path, removed=60.0))
+    monkeypatch.setattr(
+        ways, "as_proposed",
+        lambda _subject, path, pair, _seed: replace(path, removed=90.0 + pair[1]),
+    )  # fmt: skip
+    monkeypatch.setattr(ways, "grown", lambda _subject, path, *_: path)
+    monkeypatch.setattr(ways, "as_one_mixture", lambda _subject, path, _seed: path)
+    monkeypatch.setattr(ways, "at_its_size", lambda _subject, path: path)
+    monkeypatch.setattr(
+        ways, "judged",
+        lambda _subject, path, *_: (CLEAR if path.removed == 92.0 else LEFT, 1.0),
+    )  # fmt: skip
+    found = ways.another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
+    assert found is not None
+    assert found[0].removed == 92.0
+    assert [path.removed for path in found[0].instead] == [60.0, 91.0]
+
+
 @pytest.mark.parametrize(
     ("holds", "verdict", "names"),
     [
