@@ -9,7 +9,7 @@ import pytest
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.pairs import in_other_cells
+from footcal_cli.core.diagnosis.pairs import in_same_cells
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import rows_of
@@ -138,13 +138,13 @@ def test_two_causes_in_the_same_cells_may_be_the_form_of_one() -> None:
         return Cause(signature, nothing, 0.0, nothing, 0, 0.0, (), ())
 
     loop = cause("hysteresis", "left_fl", "left_fr")
-    assert not in_other_cells(TABLE, [loop, cause("hinge", "left_fr")])
-    assert in_other_cells(TABLE, [loop, cause("hinge", "right_fr")])
-    assert in_other_cells(TABLE, [loop, cause("delay", "robot")])
+    assert in_same_cells(TABLE, [loop, cause("hinge", "left_fr")])
+    assert not in_same_cells(TABLE, [loop, cause("hinge", "right_fr")])
+    assert not in_same_cells(TABLE, [loop, cause("delay", "robot")])
     # what a cell hears of others is no form of a loop of its own load
-    assert in_other_cells(TABLE, [loop, cause("crosstalk", "left_fl")])
+    assert not in_same_cells(TABLE, [loop, cause("crosstalk", "left_fl")])
     # a curve of further cells is no form of the loop that was found before it
     further = cause("nonlinearity", "left_fl", "left_fr", "right_fr")
-    assert in_other_cells(TABLE, [loop, further], at_once=False)
-    assert not in_other_cells(TABLE, [further, loop], at_once=False)
-    assert not in_other_cells(TABLE, [loop, further])
+    assert not in_same_cells(TABLE, [loop, further], at_once=False)
+    assert in_same_cells(TABLE, [further, loop], at_once=False)
+    assert in_same_cells(TABLE, [loop, further])

@@ -54,3 +54,13 @@ def test_a_cause_that_was_dropped_may_be_chosen_beside_the_others() -> None:
     nested = Nested(np.arange(5), chosen, np.zeros((5, 1)), np.zeros((5, 1)), np.zeros(5))
     alike = nested.alike([frozenset("a")], [frozenset("b")])
     assert alike.tolist() == [True, True, False, False, False]
+
+
+def test_a_pair_is_proposed_without_a_fold_where_it_is_one_of_the_likely_ones() -> None:
+    a, b, c = map(frozenset, (["a", "b"], ["a", "c"], ["a"]))
+    none = np.zeros((3, 1))
+    pairs = ((a, b), (b,), (c, a))
+    nested = Nested(np.arange(3), (a, b, c), none, none, np.zeros(3), pairs)
+    assert nested.proposed([frozenset("a"), frozenset("b")]).tolist() == [True, False, True]
+    # a rival of one of the two may be in its place
+    assert nested.proposed([frozenset("a"), frozenset("bc")]).tolist() == [True, True, True]

@@ -15,10 +15,11 @@ from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
-from footcal_cli.core.diagnosis.path import Path, beginning, together
+from footcal_cli.core.diagnosis.path import Path, beginning
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.two_at_once import together
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.grams import whitened_grams
@@ -167,7 +168,12 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
     taken: float | None,
 ) -> None:
     """One cause at a time removes 50 and leaves something; what a pair removes, and its verdict."""
-    nothing = Path((), None, (), (SimpleNamespace(library=None),), None, removed=50.0)  # type: ignore[arg-type]
+    library = SimpleNamespace(
+        problem=SimpleNamespace(
+            signatures=[SimpleNamespace(effect=str(i), where="") for i in range(5)]
+        )
+    )
+    nothing = Path((), None, (), (SimpleNamespace(library=library),), None, removed=50.0)  # type: ignore[arg-type]
     tried = {0: first, 2: second}
     verdicts = dict(tried.values())
     pairs = [(0, 1), (0, 4), (2, 3)]
@@ -177,12 +183,42 @@ def test_a_pair_removes_as_much_as_any_path_that_left_something(
         "together",
         lambda _subject, path, stronger, _seed: replace(path, removed=tried[stronger][0]),
     )
+    monkeypatch.setattr(ways, "as_proposed", lambda *_: None)
     monkeypatch.setattr(ways, "grown", lambda _subject, path, *_: path)
     monkeypatch.setattr(ways, "as_one_mixture", lambda _subject, path, _seed: path)
     monkeypatch.setattr(ways, "at_its_size", lambda _subject, path: path)
     monkeypatch.setattr(ways, "judged", lambda _subject, path, *_: (verdicts[path.removed], 1.0))
     found = ways.another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
     assert (None if found is None else found[0].removed) == taken
+
+
+def test_a_pair_is_refitted_as_proposed_where_none_grows_from_its_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Paths that left something before it are kept, for what single blocks say of both."""
+    library = SimpleNamespace(
+        problem=SimpleNamespace(
+            signatures=[SimpleNamespace(effect=str(i), where="") for i in range(3)]
+        )
+    )
+    nothing = Path((), None, (), (SimpleNamespace(library=library),), None, removed=50.0)  # type: ignore[arg-type]
+    monkeypatch.setattr(ways, "likely_pairs", lambda *_: [(0, 1), (0, 2)])
+    monkeypatch.setattr(ways, "together", lambda _subject, path, *_: replace(path, removed=60.0))
+    monkeypatch.setattr(
+        ways, "as_proposed",
+        lambda _subject, path, pair, _seed: replace(path, removed=90.0 + pair[1]),
+    )  # fmt: skip
+    monkeypatch.setattr(ways, "grown", lambda _subject, path, *_: path)
+    monkeypatch.setattr(ways, "as_one_mixture", lambda _subject, path, _seed: path)
+    monkeypatch.setattr(ways, "at_its_size", lambda _subject, path: path)
+    monkeypatch.setattr(
+        ways, "judged",
+        lambda _subject, path, *_: (CLEAR if path.removed == 92.0 else LEFT, 1.0),
+    )  # fmt: skip
+    found = ways.another_way(None, nothing, RULES, 0)  # type: ignore[arg-type]
+    assert found is not None
+    assert found[0].removed == 92.0
+    assert [path.removed for path in found[0].instead] == [60.0, 91.0]
 
 
 @pytest.mark.parametrize(

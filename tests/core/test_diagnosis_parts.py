@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -55,8 +56,9 @@ def test_a_cause_is_decided_again_with_all_the_others_in_the_model(
         return f"{answer} again", SimpleNamespace(values={})
 
     monkeypatch.setattr(comparison, "decided", decided)
+    monkeypatch.setattr(comparison, "all_are_something", lambda *_: True)
     subject = SimpleNamespace(
-        case=SimpleNamespace(values={}), refitted=lambda others, start: (others, start)
+        case=SimpleNamespace(values={}), table={}, refitted=lambda others, start: (others, start)
     )
     causes: Any
     causes, _ = comparison.decided_again(
@@ -65,6 +67,35 @@ def test_a_cause_is_decided_again_with_all_the_others_in_the_model(
     )  # fmt: skip
     assert asked == [["b", "c", "d"], ["a again", "c", "d"], ["a again", "b again", "d"]]
     assert causes == ["a again", "b again", "c again", "d"]
+
+
+@pytest.mark.parametrize(("stands", "reach"), [(True, 9.0), (False, 4.0)])
+def test_what_is_nothing_without_a_cause_begins_where_it_stood_beside_it(
+    monkeypatch: pytest.MonkeyPatch, *, stands: bool, reach: float
+) -> None:
+    """Alone a loop may fall to zero, where its reach has no slope to find back along."""
+    begun: list[float] = []
+
+    def decided(_subject: Any, _others: Any, alone: Any, _answer: str, _seed: int) -> Any:
+        begun.append(alone.values["loop.reach"])
+        return "curve again", alone
+
+    @dataclass(frozen=True)
+    class Fitted:
+        values: dict[str, float]
+
+    monkeypatch.setattr(comparison, "decided", decided)
+    monkeypatch.setattr(comparison, "all_are_something", lambda *_: stands)
+    subject = SimpleNamespace(
+        case=SimpleNamespace(values={}), table={},
+        refitted=lambda *_: Fitted({"loop.reach": 9.0}),
+    )  # fmt: skip
+    both = Fitted({"loop.reach": 4.0, "curve.size": 1.0})
+    comparison.decided_again(
+        cast(Any, subject), cast(Any, ["curve", "loop"]), cast(Any, both),
+        cast(Any, ["curve", "loop"]), seed=0,
+    )  # fmt: skip
+    assert begun == [reach]
 
 
 def test_shares_of_effects_are_drawn_in_per_cent() -> None:

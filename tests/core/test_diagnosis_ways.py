@@ -97,10 +97,10 @@ def test_a_curve_and_a_mixture_stay_two_causes() -> None:
 def test_a_second_cause_is_looked_for_in_what_is_surely_left_beside_known_loads(
     monkeypatch: pytest.MonkeyPatch, known: str, *, left: bool, apart: bool, taken: bool
 ) -> None:
-    pair = SimpleNamespace(causes=())
+    pair = SimpleNamespace(causes=(), model=None)
     monkeypatch.setattr(ways, "leftover", lambda *_: left)
     monkeypatch.setattr(ways, "another_way", lambda *_: (pair, Verdict.NAMED, 1.0))
-    monkeypatch.setattr(ways, "in_other_cells", lambda *_: apart)
+    monkeypatch.setattr(ways, "are_distinct", lambda *_: apart)
     log = SimpleNamespace(known={known: None})
     subject = cast(Any, SimpleNamespace(case=SimpleNamespace(logs=(log,)), table={}))
     path = cast(Any, SimpleNamespace(rounds=(SimpleNamespace(before=None),)))

@@ -32,6 +32,7 @@ from footcal_cli.core.diagnosis.rivals import (
     share_for_form,
 )
 from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.sized import all_are_something
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.weighing import has_few_blocks
 from footcal_cli.core.effects import having
@@ -116,13 +117,18 @@ def decided(
             rules.alpha_beside
         )
 
+    losses = {t.cause.signature.effect: t.loss for t in tried}
+    lost = {effect: float((other - loss).sum()) for effect, other in losses.items()}
     worse = {
         other.cause.signature.effect
         for other in tried
         if other.cause.signature.effect != mine.effect
         and (
             _worse(subject.table, other, best, loss, gain, significant(other), rules)
-            or outdone(subject, other, best, family, noise, signs, rules)
+            or (
+                lost[other.cause.signature.effect] > 0.0
+                and outdone(subject, other, best, family, noise, signs, rules)
+            )
             or surer(subject, best, other, noise, signs, rules)
         )
         and not bends_as_well(other)
@@ -130,8 +136,6 @@ def decided(
     stopped = {t.cause.signature.effect for t in tried} - {
         t.cause.signature.effect for t in inside(subject, tried)
     }
-    losses = {t.cause.signature.effect: t.loss for t in tried}
-    lost = {effect: float((other - loss).sum()) for effect, other in losses.items()}
     most = share_for_form(best, rules.rival_loss, rules) * gain
     knees = {effect for effect in KNEES & lost.keys() if lost[effect] < most}
     if chosen.signature.effect in KNEES or knees - worse:
@@ -236,6 +240,10 @@ def decided_again(
         others = [*causes[:i], *causes[i + 1 :]]
         start = {n: v for n, v in model.values.items() if n not in subject.case.values}
         alone = subject.refitted(others, start)
+        if not all_are_something(others, subject.table, alone):
+            # what is something beside the cause only begins there: at zero its shape has no slope
+            values = {name: start.get(name, value) for name, value in alone.values.items()}
+            alone = replace(alone, values=values)
         causes[i], model = decided(subject, others, alone, answer, seed)
     return causes, model
 
@@ -321,12 +329,17 @@ def _worse(
 
     What looks like the best by its nature must leave something where the best leaves nothing, or
     lose a good part of the gain: a table's curve is never quite the cell's, and where none of a
-    kind leaves nothing, the next best may be the nearer one.
+    kind leaves nothing, the next best may be the nearer one. What predicts left-out blocks better
+    than the best is not out for what it leaves.
     """
     lost = float((other.loss - loss).sum())
     if not said_alike(table, best.cause, other.cause):
         return significant
-    if best.p >= rules.alpha_whole and other.p < level_of(best.cause, other.cause, rules):
+    if (
+        lost > 0.0
+        and best.p >= rules.alpha_whole
+        and other.p < level_of(best.cause, other.cause, rules)
+    ):
         return True
     return significant and lost >= rules.rival_loss * gain
 

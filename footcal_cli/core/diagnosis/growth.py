@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.beyond import is_beyond
 from footcal_cli.core.diagnosis.comparison import decided
 from footcal_cli.core.diagnosis.engine import diagnose
+from footcal_cli.core.diagnosis.refusal import Why
 from footcal_cli.core.diagnosis.sized import is_something, is_sure
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.problem import Problem
@@ -61,6 +64,36 @@ def grown_by_one(
         tries += 1
         answer = diagnose(current, answer.rules, seed, start, failed)
     return unsettled or (None, first)
+
+
+def grown_beyond_form(
+    subject: Subject,
+    causes: Sequence[Cause],
+    model: Refit,
+    current: Problem,
+    answer: Diagnosis,
+    start: float | None,
+    seed: int,
+) -> tuple[tuple[list[Cause], Refit], Diagnosis] | None:
+    """As `grown_by_one`, of a cause that was refused as form of the others and surely is none.
+
+    It need not remove the share of what they remove (`Rules.second_share`), since no form of them
+    does what it does (`footcal_cli.core.diagnosis.beyond`).
+
+    Returns
+    -------
+    None where none was refused for that, or it may be their form.
+    """
+    if not any(refusal.why is Why.FORM for refusal in answer.search.refused):
+        return None
+    rules = replace(answer.rules, second_share=answer.rules.pair_share)
+    again = diagnose(current, rules, seed, start)
+    found, again = grown_by_one(subject, causes, model, current, again, start, seed)
+    if found is None or len(found[0]) <= len(causes):
+        return None
+    last = len(causes)
+    beyond = is_beyond(subject, found[1], found[0], last, range(last), rules, seed)
+    return (found, again) if beyond else None
 
 
 def named_columns(model: Refit | None, causes: Sequence[Cause]) -> FloatArray:

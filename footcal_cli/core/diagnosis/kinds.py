@@ -8,33 +8,26 @@ any smooth curve: as columns they stand for every cause of their kind, whatever 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.memories import FORM, MEMORIES, left_with
+from footcal_cli.core.diagnosis.dictionary import kind_of, kinds_at
+from footcal_cli.core.diagnosis.memories import FORM, left_with
 from footcal_cli.core.diagnosis.path import Path
-from footcal_cli.core.diagnosis.rivals import SMOOTH
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import WRITTEN
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.unnamed import CURVES
-from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.contract import Scope, is_six_axis
-from footcal_cli.core.inference.case import Case, channels_of
+from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.inference.case import channels_of
 from footcal_cli.core.inference.evidence import sign_flip_group, sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
-from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.shapes import shapes_of
-from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
-
-_CURVED = "curve"
 
 
 def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
@@ -67,8 +60,8 @@ def _outdoes(
     """Whether another kind explains what one cause does not, beside all other causes."""
     others = [c for c in path.causes if c is not cause]
     effects, beside = _effects([cause]), _effects(others)
-    exact, mine = effects <= WRITTEN, {_kind_of(effect) for effect in effects}
-    kinds = dict(_kinds(subject, model.ideal, cause))
+    exact, mine = effects <= WRITTEN, {kind_of(effect) for effect in effects}
+    kinds = kinds_at(subject, model.ideal, cause)
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
     blank = subject.problem.without_candidates
@@ -80,7 +73,7 @@ def _outdoes(
     plain, formed = left_with(named, nothing, noise), left_with(named, form, noise)
     mine_left = formed if float(formed.sum()) < float(plain.sum()) else plain
     for kind, columns in kinds.items():
-        if kind in mine or kind in {_kind_of(effect) for effect in beside}:
+        if kind in mine or kind in {kind_of(effect) for effect in beside}:
             continue
         both = left_with(named, np.hstack([form, columns]), noise)
         left, its = mine_left - both, left_with(blank, columns, noise) - both
@@ -95,34 +88,6 @@ def _outdoes(
 
 def _effects(causes: Sequence[Cause]) -> set[str]:
     return {s.effect for cause in causes for s in (cause.signature, *cause.rivals)}
-
-
-def _kind_of(effect: str) -> str:
-    """The kind of an effect: of a memory its remedy; its own name where it is of none."""
-    if effect in CURVES:
-        return _CURVED
-    return TABLE[effect].remedy if effect in MEMORIES else effect
-
-
-def _kinds(subject: Subject, ideal: Case, cause: Cause) -> Iterator[tuple[str, FloatArray]]:
-    """Columns of each kind where a cause acts, each in every shape, shape (m, k)."""
-    found: dict[str, list[FloatArray]] = {}
-    for name in sorted(MEMORIES | SMOOTH):
-        for shape in shapes_of(ideal, TABLE[name]):
-            found.setdefault(_kind_of(name), []).extend(
-                derivative(ideal, subject.problem, TABLE[name], TABLE[name].size, owners, shape,
-                           seen=ideal.memory())
-                for owners in _places(subject, cause)
-            )  # fmt: skip
-    for kind, columns in found.items():
-        yield kind, unit_columns(np.stack(columns, axis=1))
-
-
-def _places(subject: Subject, cause: Cause) -> list[dict[str, tuple[str, ...]]]:
-    """Owners with one size each: the cells of a cause, all of them where it acts on no cell."""
-    if subject.table[cause.signature.effect].scope is Scope.CHANNEL:
-        return [{owner: units} for owner, units in cause.signature.owners]
-    return [{"all": tuple(channels_of(subject.case.logs))}]
 
 
 def _adds_p(named: Problem, columns: FloatArray, noise: Noise, signs: FloatArray) -> float:

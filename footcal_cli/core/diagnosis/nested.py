@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,6 +36,8 @@ class Nested:
         without any effect, shape (B, outputs).
     removed
         What is chosen without its fold removes of each block's error, in what is open, shape (B,).
+    pairs
+        Effects of every pair that is likely without each fold, where a pair is chosen.
     """
 
     fold: IntArray
@@ -43,6 +45,7 @@ class Nested:
     loss: FloatArray
     bare: FloatArray
     removed: FloatArray
+    pairs: tuple[tuple[frozenset[str], ...], ...] = ()
 
     def alike(
         self, sets: Sequence[frozenset[str]], dropped: Sequence[frozenset[str]] = ()
@@ -58,6 +61,15 @@ class Nested:
             and all(names & one for one in sets)
             for names in self.chosen
         ]
+        return np.asarray(np.array(same, dtype=bool)[self.fold])
+
+    def proposed(self, sets: Sequence[frozenset[str]]) -> BoolArray:
+        """Blocks without which a pair with one effect of each set is a likely one, shape (B,)."""
+        same = [
+            any(names <= frozenset().union(*sets) and all(names & one for one in sets)
+                for names in of_fold)
+            for of_fold in self.pairs
+        ]  # fmt: skip
         return np.asarray(np.array(same, dtype=bool)[self.fold])
 
 
@@ -92,11 +104,13 @@ def nested_losses(
     blocks = lib.grams.blocks
     fold = folds_of(_alike_blocks(lib.grams), rules.most_folds)
     searched = replace(lib, likeness=_likeness(lib, rules))
+    folds = range(int(fold.max()) + 1)
+    pairs = [_pairs_without(searched, fold != f, rules) for f in folds] if pair else []
     picks = [
-        _pair_without(searched, fold != f, rules)
+        np.array(pairs[f][0] if pairs[f] else (), dtype=np.int64)
         if pair
         else _chosen_without(searched, fold != f, replace(rules, most_effects=most_effects), seed)
-        for f in range(int(fold.max()) + 1)
+        for f in folds
     ]
     used = np.unique(np.concatenate([*picks, np.empty(0, dtype=np.int64)])).astype(np.int64)
     extended = problem.without_candidates.holding(problem.columns[:, used])
@@ -126,8 +140,12 @@ def nested_losses(
             for o, one in enumerate(own):
                 products_of = one.among(np.append(grams.calibration[columns], at_last[o]))
                 out[mine, o] = np.einsum("i,bij,j->b", weights, products_of, weights)
-    effects = tuple(frozenset(lib.problem.signatures[i].effect for i in pick) for pick in picks)
-    return Nested(fold, effects, loss, bare, removed)
+
+    def effects_of(pick: Iterable[int]) -> frozenset[str]:
+        return frozenset(lib.problem.signatures[i].effect for i in pick)
+
+    likely = tuple(tuple(map(effects_of, of_fold)) for of_fold in pairs)
+    return Nested(fold, tuple(map(effects_of, picks)), loss, bare, removed, likely)
 
 
 def _likeness(lib: Library, rules: Rules) -> float:
@@ -177,10 +195,9 @@ def _alike_blocks(grams: Grams) -> IntArray:
     return kinds_of(grams.rows.part(columns, columns))
 
 
-def _pair_without(lib: Library, kept: BoolArray, rules: Rules) -> IntArray:
-    """The pair of candidates that explains most on some of the blocks alone."""
-    pairs = likely_pairs(replace(lib, grams=lib.grams.of_blocks(kept)), rules)
-    return np.array(pairs[0] if pairs else (), dtype=np.int64)
+def _pairs_without(lib: Library, kept: BoolArray, rules: Rules) -> list[tuple[int, int]]:
+    """The pairs of candidates that explain most on some of the blocks alone."""
+    return likely_pairs(replace(lib, grams=lib.grams.of_blocks(kept)), rules)
 
 
 def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> IntArray:

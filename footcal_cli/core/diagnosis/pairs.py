@@ -62,10 +62,10 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
     return [(int(shown[first]), int(shown[second])) for first, second in pairs]
 
 
-def in_other_cells(
+def in_same_cells(
     table: Mapping[str, Effect], causes: Sequence[Cause], *, at_once: bool = True
-) -> bool:
-    """Whether no two causes distort what the same cells show of their own loads.
+) -> list[tuple[int, int]]:
+    """Numbers of each two causes that distort what the same cells show of their own loads.
 
     A loop of another form than the table's is a loop and a curve in the same cells, a curve of
     another form two curves. What a cell hears of others is the form of neither; nor, where one was
@@ -77,16 +77,16 @@ def in_other_cells(
         Whether the causes were looked for together, so that a small one may count.
     """
     own = [
-        cause for cause in causes
+        i for i, cause in enumerate(causes)
         if table[cause.signature.effect].stage is Stage.CELL
         and Trait.MIXTURE not in table[cause.signature.effect].traits
     ]  # fmt: skip
 
-    def apart(first: Cause, later: Cause) -> bool:
+    def same(first: Cause, later: Cause) -> bool:
         mine, its = (
             {member for _, members in cause.signature.owners for member in members}
             for cause in (first, later)
         )
-        return mine.isdisjoint(its) or not (at_once or its <= mine or later.places)
+        return not mine.isdisjoint(its) and (at_once or its <= mine or bool(later.places))
 
-    return all(apart(first, later) for first, later in itertools.combinations(own, 2))
+    return [(i, k) for i, k in itertools.combinations(own, 2) if same(causes[i], causes[k])]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,15 +10,15 @@ import numpy as np
 
 from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
+from footcal_cli.core.diagnosis.beyond import is_beyond
 from footcal_cli.core.diagnosis.change_points import best_between
 from footcal_cli.core.diagnosis.comparison import decided_again
 from footcal_cli.core.diagnosis.contenders import refitted_with
 from footcal_cli.core.diagnosis.ends import at_an_end
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
-from footcal_cli.core.diagnosis.growth import grown_by_one
+from footcal_cli.core.diagnosis.growth import grown_beyond_form, grown_by_one
 from footcal_cli.core.diagnosis.jumps import Jump, once_beside
-from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.material import repeating
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
@@ -29,7 +29,6 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
 
 _RCOND = 1e-9
@@ -63,6 +62,8 @@ class Path:
         Of causes that were needed no longer beside later ones: the effects that began with them.
     shorter
         The path before its last cause, if that has any.
+    instead
+        Other pairs that were refitted before this one, and left something.
     """
 
     causes: tuple[Cause, ...]
@@ -77,11 +78,17 @@ class Path:
     both_ways: bool = False
     dropped: tuple[frozenset[str], ...] = ()
     shorter: Path | None = None
+    instead: tuple[Path, ...] = ()
 
     @property
     def share(self) -> float:
         """Of the baseline's held-out squared error, what the names remove."""
         return self.removed / self.start if self.start else 0.0
+
+    @property
+    def effects(self) -> list[str]:
+        """Names of its causes in alphabetical order."""
+        return sorted(cause.signature.effect for cause in self.causes)
 
     @cached_property
     def repeats(self) -> FloatArray:
@@ -108,6 +115,11 @@ def grown(subject: Subject, path: Path, rules: Rules, seed: int) -> Path:
         found, answer = grown_by_one(
             subject, path.causes, path.model, path.current, path.rounds[-1], path.start, seed
         )
+        if found is None and path.model is not None:
+            more = grown_beyond_form(
+                subject, path.causes, path.model, path.current, answer, path.start, seed
+            )
+            found, answer = more or (None, answer)
         path = replace(path, rounds=(*path.rounds[:-1], answer))
         if found is None:
             break
@@ -135,7 +147,9 @@ def _needed_alone(subject: Subject, path: Path, seed: int) -> Path:
         others = path.causes[:i] + path.causes[i + 1 :]
         model = subject.refitted_from(others, path.model)
         before, after = losses(subject.problem, [subject.bare(model, others)], noise)
-        if before - after > (1.0 - rules.later_share) * path.removed:
+        little = before - after > (1.0 - rules.later_share) * path.removed
+        of = [k for k in range(len(path.causes)) if k != i]
+        if little and not is_beyond(subject, path.model, path.causes, i, of, rules, seed):
             answers = path.answers[:i] + path.answers[i + 1 :]
             dropped = (*path.dropped, path.causes[i].begun_by)
             begun = replace(path, causes=others, answers=answers, dropped=dropped)
@@ -169,7 +183,7 @@ def as_one_mixture(subject: Subject, path: Path, seed: int) -> Path:
     does: the data then say that it is a mixture, and neither that it is these two nor which one.
     """
     both = [c for c in path.causes if {s.effect for s in (c.signature, *c.rivals)} <= LINEAR]
-    if len(both) != 2 or len(path.causes) != 2 or len(set(_effects(path))) != 2:
+    if len(both) != 2 or len(path.causes) != 2 or len(set(path.effects)) != 2:
         return path
     alone = [refitted_with(subject, [cause], None) for cause in both]
     at = int(np.argmin([float(model.residual @ model.residual) for model in alone]))
@@ -212,7 +226,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     signature = best_between(subject, jump.after_s - start, jump.before_s - start)
     if signature is None:
         return None
-    cause = _untested(signature, jump.p)
+    cause = untested(signature, jump.p)
     model = refitted_with(subject, [cause], None)
     if problem.drifts and len(subject.table[signature.effect].sizes) > 1:
         # what jumped by many usual sizes along one axis did so along others
@@ -249,101 +263,8 @@ def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tu
     return tuple(Interval(v, v - h, v + h) for v, h in zip(values, half.tolist(), strict=True))
 
 
-def found_both_ways(subject: Subject, path: Path, seed: int) -> Path | None:
-    """The path whose two causes are each the best name for what the other one leaves.
-
-    Found one after the other, only the second was looked for beside the first, which may be a third
-    cause's nearest name. Where the same two come back whichever is held, neither is.
-
-    Returns
-    -------
-    None where other names come back, or the path has not two causes.
-    """
-    if len(path.causes) != 2:
-        return None
-    both = _both(subject, path, path.causes[0], seed)
-    if both is None or _effects(both) != _effects(path):
-        return None
-    return replace(path, both_ways=True)
-
-
-def _effects(path: Path) -> list[str]:
-    return sorted(cause.signature.effect for cause in path.causes)
-
-
-def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | None:
-    """A path that begins with two causes, each the best name for what the other one leaves.
-
-    The stronger of a pair is put into the model and the other one is looked for among all effects,
-    with every test; then the first is taken out and looked for in the same way beside
-    the second.
-
-    Parameters
-    ----------
-    subject, path
-        What is diagnosed, and a path whose first round is the baseline.
-    stronger
-        Candidate by number; its partner is looked for anew, so that pairs which share it are one.
-    seed
-        Of sign patterns.
-
-    Returns
-    -------
-    None where one of the two does not stand beside the other.
-    """
-    return _both(subject, path, _cause(path.rounds[0].library, stronger), seed)
-
-
-def _both(subject: Subject, path: Path, held: Cause, seed: int) -> Path | None:
-    """`together`, from a cause."""
-    baseline = path.rounds[0]
-    least = baseline.rules.pair_share
-    rules = replace(baseline.rules, later_share=least, second_share=least)
-    first = _best_beside(subject, held, rules, seed)
-    second = None if first is None else _best_beside(subject, first[0][-1], rules, seed)
-    if first is None or second is None:
-        return None
-    (other, newest), model, answer = second
-    model = _best_fit(subject, (newest, other), (model, first[1]))
-    answers = (answer, first[2])
-    begun = replace(path, causes=(newest, other), answers=answers, rounds=(baseline, answers[-1]))
-    return continued(subject, replace(begun, pair=True), model, seed)
-
-
-def _best_beside(
-    subject: Subject, held: Cause, rules: Rules, seed: int
-) -> tuple[list[Cause], Refit, Diagnosis] | None:
-    """A cause and the best name for what it leaves, with their model and what found the name."""
-    model = refitted_with(subject, [held], None)
-    current = subject.extended(model, [held])
-    start, _ = losses(subject.problem, [current], current.law)
-    answer = diagnose(current, rules, seed, start)
-    found, answer = grown_by_one(subject, [held], model, current, answer, start, seed)
-    return None if found is None or len(found[0]) == 1 else (*found, answer)
-
-
-def _best_fit(subject: Subject, causes: Sequence[Cause], models: tuple[Refit, Refit]) -> Refit:
-    """Both causes refitted from the last model, or from what the second was beside the first.
-
-    Fitted alone a cause takes on the shape of what is missing, and may not find back from there.
-    """
-    last, before = models
-    kin = {p.name for p in subject.table[causes[-1].signature.effect].parameters}
-    start = {
-        n: before.values.get(n, v) if n.rsplit(".", 1)[1] in kin else v
-        for n, v in last.values.items() if n not in subject.case.values
-    }  # fmt: skip
-    other = subject.refitted(causes, start)
-    return min(last, other, key=lambda model: float(model.residual @ model.residual))
-
-
-def _cause(lib: Library, number: int) -> Cause:
-    """A candidate as large as its score says, before any test."""
-    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates[[number]])
-    return _untested(lib.problem.signatures[number], 1.0, float(found.size[0]))
-
-
-def _untested(signature: Signature, p: float, size: float = 0.0) -> Cause:
+def untested(signature: Signature, p: float, size: float = 0.0) -> Cause:
+    """A cause that no test was made of but the one of a p, as large as was guessed."""
     nothing = Interval(0.0, 0.0, 0.0)
     return Cause(
         signature=signature,

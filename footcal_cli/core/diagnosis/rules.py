@@ -66,7 +66,7 @@ class Rules:
         Share of what the causes before it have removed that a later one must remove; less may be
         what the first one's form gets wrong: no foreign form of an effect is nearer to the table's
         (POSTERIOR.md, form error). Beside what was only written down wrong, which has no form,
-        `later_share`.
+        `later_share`; `pair_share` where no form of the first does it (diagnosis/beyond.py).
     later_share
         Curves without a name that remove more beside the
         named causes (p < `alpha_form`) make them unknown, as do sizes of single cells held at zero
@@ -76,7 +76,8 @@ class Rules:
     pair_share, share_pair, most_pairs
         The same as `later_share` of two causes looked for together, where one at a time ended
         unknown: so little is believed only where nothing is left beside both, and they explain at
-        least `share_pair` of what can be explained. So many pairs are tried.
+        least `share_pair` of what can be explained. So many pairs are tried. `pair_share` also of
+        a later cause that acts on other sensors than those before it, whose form it cannot be.
     most_effects
         Effects accepted at most.
     most_tries

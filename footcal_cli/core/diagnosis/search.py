@@ -179,9 +179,11 @@ def _next_step(
         before = max(start_loss - float(loss.sum()), 0.0)
         column = lib.index(int(evidence.best[c]))
         touched = _touched(lib.problem, column)
-        # what acts at one place is no form of what acts at all of them, nor of what acts elsewhere
-        no_form = lib.local[column] or _elsewhere(lib, column, before_it)
-        share = rules.later_share if no_form else rules.second_share
+        # what acts on other sensors is no form at all, what acts at one place none of all of them
+        if _elsewhere(lib, column, before_it):
+            share = rules.pair_share
+        else:
+            share = rules.later_share if lib.local[column] else rules.second_share
         needed = max(rules.smallest_gain * touched * float(loss.sum()), share * before)
         plain = evidence.plain_gain[:, c]
         if plain.sum() < refused:

@@ -84,6 +84,11 @@ def is_something(cause: Cause, effect: Effect, fitted: Refit) -> bool:
     return len(effect.sizes) > 1 and chance_of_nothing(effect, fitted) < _NOTHING
 
 
+def all_are_something(causes: Sequence[Cause], table: Mapping[str, Effect], fitted: Refit) -> bool:
+    """Whether each of several causes has a size on the model of all of them (`is_something`)."""
+    return all(is_something(c, table[c.signature.effect], fitted) for c in causes)
+
+
 def is_sized(
     effect: Effect,
     cause: Cause,

@@ -130,6 +130,11 @@ def standing(
             for i, answer in enumerate(path.answers)
         ]  # fmt: skip
         alike = alike | np.all(rounds, axis=0)
+    if path.instead and not alike.all():
+        # first sight may prefer another pair without a fold too: of those likely there the one
+        # that loses least once refitted is chosen
+        ahead = _ahead(subject, path, nested.fold)[nested.fold]
+        alike = alike | (nested.proposed(begun) & ahead)
     extended = without_rivals(final, path.model)
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)
@@ -158,6 +163,23 @@ def standing(
     innovated = problem.tracking is not None and path.removed > 0.0
     better = better or innovated or bought(gains, problem) > 0.0
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, better, departure)
+
+
+def _ahead(subject: Subject, path: Path, fold: IntArray) -> BoolArray:
+    """Whether a pair loses less than each that was refitted before it, without each fold, (folds,).
+
+    Held-out squared errors of all blocks but those of the fold, in the noise of the pair.
+    """
+
+    def loss(of: Path) -> FloatArray:
+        fair = of.current if of.model is None else subject.without_credit(of.current, of.model)
+        grams = calibration_grams(fair.without_candidates, path.current.law, counted=False)
+        return held_out_loss(grams.inner, grams.calibration)
+
+    mine = loss(path)
+    more = np.array([loss(other) - mine for other in path.instead])
+    without = more.sum(axis=1)[:, None] - np.array([np.bincount(fold, one) for one in more])
+    return np.asarray(np.all(without > 0.0, axis=0))
 
 
 def _ruled_out_later(path: Path) -> frozenset[str]:

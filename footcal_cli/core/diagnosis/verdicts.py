@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.bends import against_bends, bend_left, bends_of, bent_axes
+from footcal_cli.core.diagnosis.beyond import are_distinct
 from footcal_cli.core.diagnosis.change_points import has_change_point
 from footcal_cli.core.diagnosis.ends import against_other_sign, at_an_end, held_at_zero
 from footcal_cli.core.diagnosis.engine import (
@@ -26,7 +27,7 @@ from footcal_cli.core.diagnosis.growth import named_columns
 from footcal_cli.core.diagnosis.jumps import means_of_blocks, step_beside
 from footcal_cli.core.diagnosis.kinds import of_another_kind
 from footcal_cli.core.diagnosis.mixtures import against_mixtures, applies_to, mixtures_of
-from footcal_cli.core.diagnosis.pairs import in_other_cells
+from footcal_cli.core.diagnosis.pairs import in_same_cells
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import is_nothing
@@ -72,14 +73,26 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     if verdict in NAMING and len(path.causes) > 1 and _trifles(subject, path):
         # it stands in for the form of a larger one, or for where a refit of that one ended
         return Verdict.UNKNOWN, share
-    sure = path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
-    sure &= in_other_cells(subject.table, path.causes, at_once=path.pair)
     loose = subject.case.drifts or subject.case.experiment.name == "stand"
-    if verdict in NAMING and loose and len(path.causes) > 1 and not sure:
+    if (
+        verdict in NAMING
+        and loose
+        and len(path.causes) > 1
+        and not _two_sure(subject, path, rules, seed)
+    ):
         # beside a calibration that drifts two causes copy a third that neither of them is, and in
         # a stand, whose loads follow the two coordinates of its CoM
         return Verdict.UNKNOWN, share
     return verdict, share
+
+
+def _two_sure(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
+    """Whether several causes are each found beside the others, and none is the form of another."""
+    same = in_same_cells(subject.table, path.causes, at_once=path.pair)
+    if not are_distinct(subject, path.model, path.causes, same, rules, seed):
+        return False
+    each = len(same) == 1 and len(path.causes) == 2  # beside every form of the other one
+    return each or path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
 
 
 def _trifles(subject: Subject, path: Path) -> bool:

@@ -5,22 +5,18 @@ Of the room of the diagnosis; `footcal_cli.core.diagnosis.investigation` asks.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.beyond import are_distinct
 from footcal_cli.core.diagnosis.engine import left_apart, leftover
 from footcal_cli.core.diagnosis.material import Nameless, line_over_smallest, nameless_of
-from footcal_cli.core.diagnosis.pairs import in_other_cells, likely_pairs
-from footcal_cli.core.diagnosis.path import (
-    Path,
-    as_one_mixture,
-    beginning,
-    found_both_ways,
-    grown,
-    together,
-)
+from footcal_cli.core.diagnosis.pairs import in_same_cells, likely_pairs
+from footcal_cli.core.diagnosis.path import Path, as_one_mixture, beginning, grown
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.two_at_once import as_proposed, found_both_ways, together
 from footcal_cli.core.diagnosis.verdicts import CLEAR, judged
 from footcal_cli.core.inference.whitening import has_single_rows
 
@@ -67,16 +63,32 @@ def another_way(
         verdict, share = judged(subject, at_its_size(subject, again), rules, seed)
         if verdict in CLEAR and share >= rules.share_pair:
             return again, verdict, share
-    most = path.removed
-    for first in dict.fromkeys(pair[0] for pair in likely_pairs(path.rounds[0].library, rules)):
+    most, left = path.removed, list[Path]()
+    for both in _pairs_of(subject, path, rules, seed):
+        grew = as_one_mixture(subject, grown(subject, both, rules, seed), seed)
+        verdict, share = judged(subject, at_its_size(subject, grew), rules, seed)
+        if verdict in CLEAR and share >= rules.share_pair and grew.removed >= most:
+            return replace(grew, instead=tuple(left)), verdict, share
+        most = max(most, grew.removed)
+        left.append(grew)
+    return None
+
+
+def _pairs_of(subject: Subject, path: Path, rules: Rules, seed: int) -> Iterator[Path]:
+    """Paths that begin with the likeliest pairs: with the first of each, then as proposed."""
+    lib = path.rounds[0].library
+    pairs, seen = likely_pairs(lib, rules), set[frozenset[tuple[str, str]]]()
+    for first in dict.fromkeys(pair[0] for pair in pairs):
         both = together(subject, path, first, seed)
         if both is not None:
-            both = as_one_mixture(subject, grown(subject, both, rules, seed), seed)
-            verdict, share = judged(subject, at_its_size(subject, both), rules, seed)
-            if verdict in CLEAR and share >= rules.share_pair and both.removed >= most:
-                return both, verdict, share
-            most = max(most, both.removed)
-    return None
+            seen.add(frozenset((c.signature.effect, c.signature.where) for c in both.causes))
+            yield both
+    for pair in pairs:
+        named = [lib.problem.signatures[number] for number in pair]
+        if frozenset((s.effect, s.where) for s in named) not in seen:
+            both = as_proposed(subject, path, pair, seed)
+            if both is not None:
+                yield both
 
 
 def without_first(
@@ -107,4 +119,8 @@ def second_cause(
     if not known or not leftover(path.rounds[-1].before, rules):
         return None
     found = another_way(subject, path, rules, seed)
-    return found if found and in_other_cells(subject.table, found[0].causes) else None
+    if found is None:
+        return None
+    both = found[0]
+    same = in_same_cells(subject.table, both.causes)
+    return found if are_distinct(subject, both.model, both.causes, same, rules, seed) else None

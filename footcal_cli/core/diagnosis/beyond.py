@@ -1,0 +1,159 @@
+"""Whether a further cause is more than an error in the form of the others.
+
+A curve of a cell's own load, of whatever form, shows nothing of the past; what a cell remembers of
+its loads is more than that, however little of the error it is. So a loop or a creep beside a curve,
+or a curve beside one of these, is judged by what it explains beside the other one in every form of
+its kind: knees, parabola and cubic add up to any curve, plays of several reaches to any loop,
+several time constants to any linear memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.dictionary import COMPLETE, CURVED, kinds_at, kinds_of
+from footcal_cli.core.diagnosis.memories import FORM
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.unnamed import KNEES, knees_at, loads_of
+from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_patterns
+from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.linear import unit_columns
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.parameters import FloatArray
+
+Pairs: TypeAlias = Sequence[tuple[int, int]]
+_CARRIES = 0.05  # of its largest load, from which a cell carries something
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """What a cause explains beside others, and beside every form of theirs.
+
+    Parameters
+    ----------
+    gain, left
+        Squared error that it takes at its own form beside the others as they were fitted, and
+        beside every form of them; negative where its size then has the other sign.
+    p
+        That it adds nothing beside every form of the others, by signs of the blocks.
+    """
+
+    gain: float
+    left: float
+    p: float
+
+    def is_no_form(self, rules: Rules) -> bool:
+        """Whether it is surely something there, and no form explains half of what it does."""
+        return self.p < rules.alpha_left and self.left * FORM > self.gain > 0.0
+
+
+def are_distinct(
+    subject: Subject, model: Refit | None, causes: Sequence[Cause], pairs: Pairs, rules: Rules,
+    seed: int,
+) -> bool:  # fmt: skip
+    """Whether of each two causes, by their numbers, neither is a form of the other."""
+    return model is not None and all(
+        is_beyond(subject, model, causes, which, [of], rules, seed)
+        for one, other in pairs for which, of in ((one, other), (other, one))
+    )  # fmt: skip
+
+
+def is_beyond(
+    subject: Subject,
+    model: Refit,
+    causes: Sequence[Cause],
+    which: int,
+    of: Sequence[int],
+    rules: Rules,
+    seed: int,
+) -> bool:
+    """Whether one of several causes is more than the form of some others.
+
+    Only of curves and memories, of two kinds: what further kinds have as columns is not every form
+    of them, and a wrong label at one of few loads is a curve.
+
+    Parameters
+    ----------
+    model
+        All causes refitted together.
+    which, of
+        Number of the cause, and of those whose form it may be.
+    rules, seed
+        Thresholds; of sign patterns.
+    """
+    mine, theirs = kinds_of(causes[which]), frozenset().union(*(kinds_of(causes[i]) for i in of))
+    if len(mine) != 1 or mine <= theirs or not mine | theirs <= COMPLETE:
+        return False
+    return beyond(subject, model, causes, which, of, seed).is_no_form(rules)
+
+
+def beyond(
+    subject: Subject,
+    model: Refit,
+    causes: Sequence[Cause],
+    which: int,
+    of: Sequence[int],
+    seed: int,
+) -> Beyond:
+    """What one of several causes explains beside the others, and beside every form of some.
+
+    With v what the cause does at its size, the residual without it is ``r − v``. Its score beside
+    calibration and the other causes, ``s_b = ṽ_b · r̃_b`` block by block, explains
+    ``(Σ s)²/Σ |ṽ_b|²``; the same with the forms of the others fitted too, as columns at the loads
+    of the model.
+    """
+    cause = causes[which]
+    owners = {owner for owner, _ in cause.signature.owners}
+    neutral = {p.name: p.neutral for p in subject.table[cause.signature.effect].parameters}
+    sizes = {p.name for p in subject.table[cause.signature.effect].sizes}
+    does, rest = np.zeros(model.residual.size), []
+    for column, name in zip(model.columns.T, model.names, strict=True):
+        owner, _, parameter = name.rpartition(".")
+        if owner not in owners or parameter not in neutral:
+            rest.append(column)
+        elif parameter in sizes:
+            does += column * (model.values[name] - neutral[parameter])
+    bare = subject.bare(model, causes)
+    without = replace(
+        bare,
+        residual=bare.residual - does,
+        accepted=unit_columns(np.stack(rest, axis=1)),
+    )
+    forms = np.hstack([_forms_of(subject, model, causes[i]) for i in of])
+    signs, column = sign_patterns(bare.blocks, seed), unit_columns(does[:, None])
+    gain, _ = _taken(without, bare, column, signs)
+    return Beyond(gain, *_taken(without.holding(forms), bare, column, signs))
+
+
+def _taken(
+    problem: Problem, law_of: Problem, column: FloatArray, signs: FloatArray
+) -> tuple[float, float]:
+    """Squared error that a column takes, negative where it makes it as large; and its p."""
+    grams, _ = whitened_grams(problem, column, law_of.law)
+    found = scores(grams.inner, grams.calibration, grams.features)
+    score, information = float(found.score.sum()), float(found.information.sum())
+    if not information > 0.0:
+        return 0.0, 1.0
+    p = float(sign_flip_max_t(found.score, signs).p[0])
+    return -score * abs(score) / information, p
+
+
+def _forms_of(subject: Subject, model: Refit, cause: Cause) -> FloatArray:
+    """Columns of the kind of a cause where it acts, shape (m, k)."""
+    every, mine = kinds_at(subject, model.ideal, cause), kinds_of(cause)
+    columns = [every[kind] for kind in sorted(mine)]
+    if CURVED in mine:
+        cells = dict.fromkeys(cell for _, members in cause.signature.owners for cell in members)
+        for cell, load in loads_of(model.ideal, list(cells)).items():
+            carried = load[load > _CARRIES * np.nanmax(load)]
+            knees = np.quantile(carried, KNEES) if carried.size else KNEES
+            columns.append(np.stack(knees_at(model.ideal, subject.problem, cell, knees), axis=1))
+    return unit_columns(np.hstack(columns))

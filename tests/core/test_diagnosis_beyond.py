@@ -1,0 +1,85 @@
+"""A further cause beside every form that the other one may have."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from footcal_cli.core.diagnosis.answer import Cause
+from footcal_cli.core.diagnosis.beyond import Beyond, are_distinct, beyond, is_beyond
+from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.investigation import investigate
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.inference.case import Case, rows_of
+from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.refit import Refit
+from tests.core.test_diagnosis_bridge import ROBOT, Hidden, weights_case, with_rivals
+
+RULES = Rules()
+EVERYONE = {"all": ROBOT.channels}
+BENT: Hidden = ("nonlinearity", EVERYONE, {"all.quadratic": 1e-3})
+KNEED: Hidden = ("hinge", EVERYONE, {"all.hinge": 0.05, "all.hinge_load": 15.0})
+START = {"all.quadratic": 1e-3, "all.hysteresis_width": 0.05, "all.hysteresis_reach": 4.0}
+LOOPED: Hidden = ("hysteresis", EVERYONE, {"all.hysteresis_width": 0.08})
+
+
+def fitted_both(case: Case, *effects: str) -> tuple[Subject, list[Cause], Refit]:
+    """Causes of all cells with one size each, refitted together."""
+    table = {name: TABLE[name] for name in effects}
+    problem = problem_from(case, rows_of(case), table.values(), describe)
+    subject = Subject(case, problem, table, describe)
+    nothing, causes = Interval(0.0, 0.0, 0.0), list[Cause]()
+    for effect in effects:
+        first = next(s for s in problem.signatures if (s.effect, s.where) == (effect, "all cells"))
+        causes.append(Cause(first, nothing, 1.0, nothing, 0, 0.0, rivals=(), places=()))
+    return subject, causes, subject.refitted(causes, START)
+
+
+@pytest.mark.parametrize(
+    ("gain", "left", "p", "no_form"),
+    [(100.0, 90.0, 1e-4, True), (100.0, 40.0, 1e-4, False), (100.0, 90.0, 0.01, False),
+     # of the other sign once every form is there
+     (100.0, -90.0, 1e-4, False), (-1.0, -1.0, 1e-4, False)],
+)  # fmt: skip
+def test_no_form_explains_half_of_what_is_surely_more_than_one(
+    gain: float, left: float, p: float, *, no_form: bool
+) -> None:
+    assert Beyond(gain, left, p).is_no_form(RULES) is no_form
+
+
+@pytest.mark.parametrize("seed", [21, 22])
+def test_a_loop_beside_a_curve_is_more_than_its_form(seed: int) -> None:
+    subject, causes, model = fitted_both(
+        weights_case(seed, BENT, LOOPED), "nonlinearity", "hysteresis"
+    )
+    assert is_beyond(subject, model, causes, 1, [0], RULES, 0)
+    loop = beyond(subject, model, causes, 1, [0], 0)
+    curve = beyond(subject, model, causes, 0, [1], 0)
+    # no curve follows a load up and down on two ways; plays from zero on bend as they load
+    assert loop.left / loop.gain > 0.6 > curve.left / curve.gain
+    assert not are_distinct(subject, model, causes, [(0, 1)], RULES, 0)
+    assert are_distinct(subject, model, causes, [], RULES, 0)
+
+
+@pytest.mark.parametrize("seed", [23, 24])
+def test_what_a_loop_takes_of_a_knee_beside_a_parabola_is_the_curves_form(seed: int) -> None:
+    subject, causes, model = fitted_both(weights_case(seed, KNEED), "nonlinearity", "hysteresis")
+    assert not is_beyond(subject, model, causes, 1, [0], RULES, 0)
+
+
+def test_only_kinds_whose_forms_are_all_known_are_asked() -> None:
+    subject, causes, model = fitted_both(
+        weights_case(25, BENT, LOOPED), "nonlinearity", "hysteresis"
+    )
+    assert not is_beyond(subject, model, [causes[0], causes[0]], 1, [0], RULES, 0)
+    hole = replace(causes[0], signature=replace(causes[0].signature, effect="wrong_weight"))
+    assert not is_beyond(subject, model, [hole, causes[1]], 1, [0], RULES, 0)
+
+
+def test_a_small_loop_next_to_a_large_curve_is_named() -> None:
+    found = investigate(weights_case(26, BENT, LOOPED), TABLE, describe)
+    assert {"nonlinearity", "hysteresis"} <= with_rivals(found)
