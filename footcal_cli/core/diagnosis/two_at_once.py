@@ -56,7 +56,7 @@ def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | N
 
     Returns
     -------
-    None where one of the two does not stand beside the other.
+    One cause where the other one is nothing beside it; None where that itself does not stand.
     """
     return _both(subject, path, _cause(path.rounds[0].library, stronger), seed)
 
@@ -104,9 +104,13 @@ def _both(subject: Subject, path: Path, held: Cause, seed: int) -> Path | None:
     least = baseline.rules.pair_share
     rules = replace(baseline.rules, later_share=least, second_share=least)
     first = _best_beside(subject, held, rules, seed)
-    second = None if first is None else _best_beside(subject, first[0][-1], rules, seed)
-    if first is None or second is None:
+    if first is None:
         return None
+    second = _best_beside(subject, first[0][-1], rules, seed)
+    if second is None:  # beside it there is nothing: what was held only stood in for it
+        one = [first[0][-1]]
+        begun = replace(path, causes=tuple(one), answers=(first[2],), rounds=(baseline, first[2]))
+        return continued(subject, begun, refitted_with(subject, one, None), seed)
     (other, newest), model, answer = second
     model = _best_fit(subject, (newest, other), (model, first[1]))
     answers = (answer, first[2])
