@@ -1,27 +1,29 @@
-"""A name against kinds of causes that need no name: loops, linear memories, smooth curves.
+"""A name against kinds of causes that need no name: loops, memories, curves, mixtures, sums.
 
 Names are compared with names of the table. What the table lacks is then taken for what it
-resembles: a creep that it has not is a loop, a parabola a wrong weight. Plays of several reaches
-add up to any loop, several time constants to any linear memory, a parabola and a cubic to nearly
-any smooth curve: as columns they stand for every cause of their kind, whatever is a candidate.
+resembles: a creep that it has not is a loop, a parabola a wrong weight, a bypass a crosstalk and a
+curve. Plays of several reaches add up to any loop, several time constants to any linear memory, a
+parabola and a cubic to nearly any smooth curve, what each cell hears of each other one to any
+linear mixture, labels of all loads and bypasses from every load on to whatever depends on the load
+of a foot: as columns they stand for every cause of their kind, whatever is a candidate.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.memories import FORM, MEMORIES, left_with
+from footcal_cli.core.diagnosis.mixtures import LINEAR, mixtures_of
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rivals import SMOOTH
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.search import WRITTEN
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import CURVES
-from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.contract import Scope, is_six_axis
+from footcal_cli.core.effects import TABLE, having
+from footcal_cli.core.effects.contract import Scope, Trait, is_six_axis, units_of
 from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.evidence import sign_flip_group, sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
@@ -34,7 +36,8 @@ from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
-_CURVED = "curve"
+_CURVED, _MIXED, _SUMMED = "curve", "mixture", "sum"
+_BELIEFS, _OF_THE_SUM = having(Trait.BELIEF), having(Trait.OF_THE_SUM)
 
 
 def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
@@ -43,10 +46,12 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     ``E = L(name) − L(both)`` is what a name, in every form of its own kind, leaves to a kind on
     left-out blocks, ``E′ = L(kind) − L(both)`` what that leaves to it; ``E > 2 E′`` by the signs of
     the blocks, since the form of a true cause is never quite the table's
-    (`footcal_cli.core.diagnosis.memories`). A number that was written down wrong has no form: there
+    (`footcal_cli.core.diagnosis.memories`). A number that is believed wrong has no form: there
     ``E > E′``, and what the kind adds beside the name is sure by its scores, which hold the same
-    evidence with half the noise. Where loads are recorded beside the readings; elsewhere kinds
-    resemble what bodies do.
+    evidence with half the noise. A kind that holds the name, as mixtures hold the place of a cell,
+    leaves nothing to it by design: ``E > E′`` then says that it is not worse. One kind in the place
+    of several names needs no such margin either. Where loads are recorded beside the readings;
+    elsewhere kinds resemble what bodies do.
 
     Parameters
     ----------
@@ -58,7 +63,22 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     known = "load" in subject.problem.regressors
     if path.model is None or not known or is_six_axis(channels_of(subject.case.logs)):
         return False
+    if len(path.causes) > 1 and _in_place_of_all(subject, path, path.model, rules, seed):
+        return True
     return any(_outdoes(subject, path, path.model, cause, rules, seed) for cause in path.causes)
+
+
+def _in_place_of_all(subject: Subject, path: Path, model: Refit, rules: Rules, seed: int) -> bool:
+    """Whether one kind alone leaves less than several names do: ``L(names) > L(kind)``."""
+    noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
+    named, blank = subject.bare(model, path.causes), subject.problem.without_candidates
+    left = left_with(named, blank.columns[:, :0], noise)
+    own = {_kind_of(effect) for effect in _effects(path.causes)}
+    return any(
+        sign_flip_mean(left - left_with(blank, columns, noise), signs) < rules.alpha_beside
+        for kind, columns in _kinds(subject, model.ideal, path.causes)
+        if kind not in own
+    )
 
 
 def _outdoes(
@@ -67,8 +87,8 @@ def _outdoes(
     """Whether another kind explains what one cause does not, beside all other causes."""
     others = [c for c in path.causes if c is not cause]
     effects, beside = _effects([cause]), _effects(others)
-    exact, mine = effects <= WRITTEN, {_kind_of(effect) for effect in effects}
-    kinds = dict(_kinds(subject, model.ideal, cause))
+    exact, mine = effects <= _BELIEFS, {_kind_of(effect) for effect in effects}
+    kinds = dict(_kinds(subject, model.ideal, [cause]))
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
     blank = subject.problem.without_candidates
@@ -85,7 +105,9 @@ def _outdoes(
         both = left_with(named, np.hstack([form, columns]), noise)
         left, its = mine_left - both, left_with(blank, columns, noise) - both
         if exact:
-            surely = sign_flip_mean(left - its, signs) < rules.alpha_rival
+            more = left - its
+            held = kind == _MIXED and effects <= LINEAR  # then the name can leave nothing to it
+            surely = more.sum() > 0 if held else sign_flip_mean(more, signs) < rules.alpha_rival
             if surely and _adds_p(named, columns, noise, signs) < rules.alpha_left:
                 return True
         elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
@@ -101,21 +123,42 @@ def _kind_of(effect: str) -> str:
     """The kind of an effect: of a memory its remedy; its own name where it is of none."""
     if effect in CURVES:
         return _CURVED
+    if effect in LINEAR - _BELIEFS:
+        return _MIXED
+    if effect in _OF_THE_SUM - _BELIEFS:
+        return _SUMMED
     return TABLE[effect].remedy if effect in MEMORIES else effect
 
 
-def _kinds(subject: Subject, ideal: Case, cause: Cause) -> Iterator[tuple[str, FloatArray]]:
-    """Columns of each kind where a cause acts, each in every shape, shape (m, k)."""
+def _kinds(
+    subject: Subject, ideal: Case, causes: Sequence[Cause]
+) -> Iterator[tuple[str, FloatArray]]:
+    """Columns of each kind where causes act, each in every shape, shape (m, k)."""
     found: dict[str, list[FloatArray]] = {}
+    places = [p for cause in causes for p in _places(subject, cause)]
+    places = [p for i, p in enumerate(places) if p not in places[:i]]
     for name in sorted(MEMORIES | SMOOTH):
-        for shape in shapes_of(ideal, TABLE[name]):
-            found.setdefault(_kind_of(name), []).extend(
-                derivative(ideal, subject.problem, TABLE[name], TABLE[name].size, owners, shape,
-                           seen=ideal.memory())
-                for owners in _places(subject, cause)
-            )  # fmt: skip
+        found.setdefault(_kind_of(name), []).extend(_columns(subject, ideal, name, places))
+    channels = channels_of(subject.case.logs)
+    if subject.case.experiment.name == "placements":
+        yield _MIXED, mixtures_of(ideal, subject.problem)
+        for name in sorted(_OF_THE_SUM):
+            units = [{unit: (unit,)} for unit in units_of(TABLE[name].scope, channels)]
+            found.setdefault(_SUMMED, []).extend(_columns(subject, ideal, name, units))
     for kind, columns in found.items():
         yield kind, unit_columns(np.stack(columns, axis=1))
+
+
+def _columns(
+    subject: Subject, ideal: Case, name: str, places: Sequence[Mapping[str, tuple[str, ...]]]
+) -> list[FloatArray]:
+    """What an effect adds in every shape and place, shape (m,) each."""
+    effect, seen = TABLE[name], ideal.memory()
+    return [
+        derivative(ideal, subject.problem, effect, effect.size, owners, shape, seen=seen)
+        for shape in shapes_of(ideal, effect)
+        for owners in places
+    ]
 
 
 def _places(subject: Subject, cause: Cause) -> list[dict[str, tuple[str, ...]]]:
