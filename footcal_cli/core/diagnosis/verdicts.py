@@ -82,6 +82,16 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
     return verdict, share
 
 
+def form_matters(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
+    """Whether what a named curve leaves to other curves of its axis spoils it, and matters."""
+    if not bent_axes(subject.case, path.causes):
+        return False
+    found = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
+    return any(
+        item.left.bought > item.smallest and item.spoils(path.removed, rules) for item in found
+    )
+
+
 def _trifles(subject: Subject, path: Path) -> bool:
     """Whether one of several causes changes no output by what matters, at its refitted size."""
     model, problem = path.model, path.current
