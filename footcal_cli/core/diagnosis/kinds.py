@@ -48,9 +48,9 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     the blocks, since the form of a true cause is never quite the table's
     (`footcal_cli.core.diagnosis.memories`). A number that is believed wrong has no form: there
     ``E > E′``, and what the kind adds beside the name is sure by its scores, which hold the same
-    evidence with half the noise. A kind that holds the name, as mixtures hold the place of a cell,
-    leaves nothing to it by design: ``E > E′`` then says that it is not worse. One kind in the place
-    of several names needs no such margin either. Where loads are recorded beside the readings;
+    evidence with half the noise. Where the name adds nothing sure beside the kind (``E′``), as
+    beside mixtures the place of a cell never does, the kind need not be surely better. One kind in
+    the place of several names needs no margin either. Where loads are recorded beside the readings;
     elsewhere kinds resemble what bodies do.
 
     Parameters
@@ -106,8 +106,8 @@ def _outdoes(
         left, its = mine_left - both, left_with(blank, columns, noise) - both
         if exact:
             more = left - its
-            held = kind == _MIXED and effects <= LINEAR  # then the name can leave nothing to it
-            surely = more.sum() > 0 if held else sign_flip_mean(more, signs) < rules.alpha_rival
+            nothing = sign_flip_mean(its, signs) >= rules.alpha_beside
+            surely = more.sum() > 0 if nothing else sign_flip_mean(more, signs) < rules.alpha_rival
             if surely and _adds_p(named, columns, noise, signs) < rules.alpha_left:
                 return True
         elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
