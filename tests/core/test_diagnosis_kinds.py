@@ -110,3 +110,11 @@ def test_a_bypass_that_the_table_lacks_is_no_crosstalk_and_a_curve(seed: int) ->
     bent = ("nonlinearity", ALIKE, {"all.quadratic": 2e-3})
     assert beside(placed(seed, bypass), "crosstalk", "nonlinearity")
     assert not beside(placed(seed, crosstalk, bent), "crosstalk", "nonlinearity")
+
+
+def test_a_weight_that_adds_nothing_beside_a_curve_is_no_wrong_weight() -> None:
+    def bent_little(x: FloatArray, _: FloatArray) -> FloatArray:
+        return np.asarray(1.5e-4 * x**2)
+
+    assert taken_for(distorted(3, bent_little), "wrong_weight")
+    assert not taken_for(mislabelled(0.05), "wrong_weight")

@@ -106,8 +106,9 @@ def _outdoes(
         left, its = mine_left - both, left_with(blank, columns, noise) - both
         if exact:
             more = left - its
-            nothing = sign_flip_mean(its, signs) >= rules.alpha_beside
-            surely = more.sum() > 0 if nothing else sign_flip_mean(more, signs) < rules.alpha_rival
+            idle = sign_flip_mean(its, signs) >= rules.alpha_beside
+            better = float(more.sum()) > 0.0
+            surely = better if idle else sign_flip_mean(more, signs) < rules.alpha_rival
             if surely and _adds_p(named, columns, noise, signs) < rules.alpha_left:
                 return True
         elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
