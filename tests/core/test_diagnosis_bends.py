@@ -75,6 +75,16 @@ def judged(seed: int, hidden: str) -> Unnamed:
     return against_bends(problem, Bends(line, knees), sign_patterns(problem.blocks, seed))
 
 
+def test_what_a_fold_leaves_matters_from_the_tolerance_of_some_output_on() -> None:
+    problem, line, knees = posed(0, "folds")
+    signs = sign_patterns(problem.blocks, 0)
+    for tolerance, matters in ((0.1, True), (1.0, False)):
+        held = replace(problem, tolerance=np.array([tolerance, 2.0, 2.0]))
+        found = against_bends(held, Bends(line, knees), signs)
+        assert found.smallest == pytest.approx(POSES * OUTPUTS * tolerance**2)
+        assert (found.left.bought > found.smallest) is matters
+
+
 @pytest.mark.parametrize("hidden", ["bends", "bends about another zero"])
 @pytest.mark.parametrize("seed", range(6))
 def test_a_parabola_leaves_nothing_to_knees_of_its_axis(seed: int, hidden: str) -> None:

@@ -1,4 +1,4 @@
-"""A sole name against kinds of causes that the table may lack: loops, linear memories, curves."""
+"""Names against kinds that the table may lack: loops, memories, curves, mixtures, sums."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
 from tests.blind import foreign
-from tests.core.test_diagnosis_bridge import weights_case
+from tests.core.test_diagnosis_bridge import Hidden, weights_case
 from tests.core.test_diagnosis_memories import Law, distorted, first, follower
+from tests.core.test_diagnosis_ways import CELLS, named_both, placed
 
 RULES = Rules()
 LARGEST_N = 30.0
@@ -81,3 +82,39 @@ def test_what_the_table_lacks_is_not_what_it_resembles(
 
 def test_a_wrong_weight_is_no_curve() -> None:
     assert not taken_for(mislabelled(0.3), "wrong_weight")
+
+
+ALIKE = {"all": CELLS}
+
+
+def beside(case: Case, *effects: str) -> bool:
+    """Whether a kind without a name is seen where these effects are named on placements."""
+    return of_another_kind(*named_both(case, *effects), RULES, 0)
+
+
+@pytest.mark.parametrize("seed", [2, 5])
+def test_a_crosstalk_that_the_table_lacks_is_no_place_of_one_cell(seed: int) -> None:
+    crosstalk = ("crosstalk", ALIKE, {"all.crosstalk": 0.02})
+    moved: Hidden = ("cell_position", {"left_fl": ("left_fl",)},
+             {"left_fl.cell_correction_x": 2e-3, "left_fl.cell_correction_y": 1e-3})  # fmt: skip
+    assert beside(placed(seed, crosstalk), "cell_position")
+    assert not beside(placed(seed, moved), "cell_position")
+    assert not beside(placed(seed, crosstalk), "crosstalk")
+
+
+@pytest.mark.parametrize("seed", [2, 5])
+def test_a_bypass_that_the_table_lacks_is_no_crosstalk_and_a_curve(seed: int) -> None:
+    bypass: Hidden = ("load_bypass", {"left": ("left",)},
+              {"left.load_bypass": 0.08, "left.bypass_load": 15.0})  # fmt: skip
+    crosstalk = ("crosstalk", ALIKE, {"all.crosstalk": 0.02})
+    bent = ("nonlinearity", ALIKE, {"all.quadratic": 2e-3})
+    assert beside(placed(seed, bypass), "crosstalk", "nonlinearity")
+    assert not beside(placed(seed, crosstalk, bent), "crosstalk", "nonlinearity")
+
+
+def test_a_weight_that_adds_nothing_beside_a_curve_is_no_wrong_weight() -> None:
+    def bent_little(x: FloatArray, _: FloatArray) -> FloatArray:
+        return np.asarray(1.5e-4 * x**2)
+
+    assert taken_for(distorted(3, bent_little), "wrong_weight")
+    assert not taken_for(mislabelled(0.05), "wrong_weight")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -94,6 +96,25 @@ def test_neighbouring_placements_are_alike_under_a_tug_and_not_without() -> None
     assert np.mean(np.array(p) < 0.05) < 0.13
     tug = spells(rng, PLACEMENTS)[:, None] * [2.0, 0.5, 0.5]
     assert spell_p(placed(rng.standard_normal((PLACEMENTS, 3)) + tug), signs, None) < 1e-3
+
+
+def test_what_is_fitted_to_placements_does_not_hide_that_neighbours_are_alike() -> None:
+    """Offsets of every round and of each place of many make neighbours unlike, whatever is off."""
+    rng = np.random.default_rng(5)
+    signs = sign_patterns(10)
+    order = np.repeat(np.arange(PLACEMENTS), 3)
+    known = np.hstack([np.eye(10)[order // 12], rng.standard_normal((3 * PLACEMENTS, 30))])
+
+    def p_of(error: FloatArray) -> float:
+        return spell_p(replace(placed(error), calibration=known), signs, None)
+
+    noise = [rng.standard_normal((PLACEMENTS, 3)) for _ in range(100)]
+    p = np.array([p_of(error) for error in noise])
+    assert np.mean(p < 0.05) < 0.13
+    assert np.mean(p < 0.5) > 0.35
+    tugs = [spells(rng, PLACEMENTS)[:, None] * [3.0, 1.0, 1.0] for _ in range(12)]
+    seen = [p_of(error + tug) < 2e-3 for error, tug in zip(noise, tugs, strict=False)]
+    assert np.mean(seen) > 0.7
 
 
 def test_one_place_of_many_is_judged_by_the_scatter_of_repeats() -> None:

@@ -43,6 +43,23 @@ def test_pushes_of_their_noise_are_seen_in_noise_of_their_colour(family: str, si
     assert switching_p(list(shown)) < 1e-4
 
 
+@pytest.mark.parametrize("seed", [6, 7, 8])
+def test_pushes_of_several_strengths_are_seen_in_white_noise(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    assert switching_p(list(noise(rng, 0.0) + 1.5 * pushed(rng))) < 1e-4
+
+
+@pytest.mark.parametrize(("family", "step"), [("white", 1.0), ("ar90", 0.5), ("ar98", 0.22)])
+def test_pushes_are_seen_by_a_converter_of_one_step_of_noise(family: str, step: float) -> None:
+    rng = np.random.default_rng(9)
+    quiet = noise(rng, DECAYS[family])
+    for shown, seen in ((quiet, False), (quiet + 1.8 * pushed(rng), True)):
+        traced = _traced(step * np.round(shown / step))
+        assert 0.2 < np.mean(np.diff(traced.residual) == 0.0) < 0.4
+        p = levels_p(traced, traced.residual)
+        assert p < 1e-4 if seen else p > 0.05
+
+
 def test_noise_of_the_spectrum_of_spells_is_not_taken_for_them() -> None:
     """The same power at every frequency, with random phases: normal, without levels."""
     rng = np.random.default_rng(3)

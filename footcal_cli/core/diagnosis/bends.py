@@ -110,7 +110,8 @@ def against_bends(after: Problem, bends: Bends, signs: FloatArray) -> Unnamed:
     """Judge the named curves by what knees of their own axes explain beside them.
 
     Where rows are single observations the F test sees a bend that few blocks carry, which no signs
-    of theirs can show.
+    of theirs can show. An error of ``m · min (t/s)²`` changes some output by what matters, were it
+    all in that one.
 
     Parameters
     ----------
@@ -127,7 +128,9 @@ def against_bends(after: Problem, bends: Bends, signs: FloatArray) -> Unnamed:
         grams, _ = whitened_grams(held.without_candidates, bends.bent)
         single = explained_p(grams, grams.calibration, grams.features, held.residual.size)
         left = Form(min(2.0 * min(left.p, single), 1.0), left.gain)
-    return Unnamed(left, rival=False, as_form=True)
+    unit = after.tolerance[after.output] / after.noise
+    smallest = after.residual.size * float(np.min(unit**2, initial=np.inf))
+    return Unnamed(left, rival=False, as_form=True, smallest=smallest)
 
 
 def open_curves(subject: Subject, best: Tried, noise: Noise, rules: Rules) -> list[Signature]:

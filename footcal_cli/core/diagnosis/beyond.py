@@ -148,7 +148,7 @@ def _taken(
 
 def _forms_of(subject: Subject, model: Refit, cause: Cause) -> FloatArray:
     """Columns of the kind of a cause where it acts, shape (m, k)."""
-    every, mine = kinds_at(subject, model.ideal, cause), kinds_of(cause)
+    every, mine = kinds_at(subject, model.ideal, [cause]), kinds_of(cause)
     columns = [every[kind] for kind in sorted(mine)]
     if CURVED in mine:
         cells = dict.fromkeys(cell for _, members in cause.signature.owners for cell in members)

@@ -1,16 +1,25 @@
-"""Every form of a kind of causes as columns: curves, loops, linear memories."""
+"""Every form of a kind of causes as columns: curves, loops, memories, mixtures, sums.
+
+Plays of several reaches add up to any loop, several time constants to any linear memory, a parabola
+and a cubic to nearly any smooth curve, what each cell hears of each other one to any linear
+mixture, labels of all loads and bypasses from every load on to whatever depends on the load of a
+foot.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.memories import MEMORIES
+from footcal_cli.core.diagnosis.mixtures import LINEAR, mixtures_of
 from footcal_cli.core.diagnosis.rivals import SMOOTH
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import CURVES
-from footcal_cli.core.effects import TABLE
-from footcal_cli.core.effects.contract import Scope
+from footcal_cli.core.effects import TABLE, having
+from footcal_cli.core.effects.contract import Scope, Trait, units_of
 from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.linear import unit_columns
 from footcal_cli.core.inference.shapes import shapes_of
@@ -21,6 +30,10 @@ CURVED = "curve"
 """The kind of all curves of a cell's own load."""
 COMPLETE = frozenset({CURVED, *(TABLE[name].remedy for name in MEMORIES)})
 """Kinds whose columns add up to every form that a cause of theirs may have."""
+BELIEFS = having(Trait.BELIEF)
+"""Numbers that are believed wrong: they have no form."""
+_MIXED, _SUMMED = "mixture", "sum"
+_OF_THE_SUM = having(Trait.OF_THE_SUM)
 
 
 def kinds_of(cause: Cause) -> frozenset[str]:
@@ -32,20 +45,41 @@ def kind_of(effect: str) -> str:
     """The kind of an effect: of a memory its remedy; its own name where it is of none."""
     if effect in CURVES:
         return CURVED
+    if effect in LINEAR - BELIEFS:
+        return _MIXED
+    if effect in _OF_THE_SUM - BELIEFS:
+        return _SUMMED
     return TABLE[effect].remedy if effect in MEMORIES else effect
 
 
-def kinds_at(subject: Subject, ideal: Case, cause: Cause) -> dict[str, FloatArray]:
-    """Columns of each kind where a cause acts, each in every shape, shape (m, k)."""
+def kinds_at(subject: Subject, ideal: Case, causes: Sequence[Cause]) -> dict[str, FloatArray]:
+    """Columns of each kind where causes act, each in every shape, shape (m, k)."""
     found: dict[str, list[FloatArray]] = {}
+    places = [p for cause in causes for p in _places(subject, cause)]
+    places = [p for i, p in enumerate(places) if p not in places[:i]]
     for name in sorted(MEMORIES | SMOOTH):
-        for shape in shapes_of(ideal, TABLE[name]):
-            found.setdefault(kind_of(name), []).extend(
-                derivative(ideal, subject.problem, TABLE[name], TABLE[name].size, owners, shape,
-                           seen=ideal.memory())
-                for owners in _places(subject, cause)
-            )  # fmt: skip
-    return {kind: unit_columns(np.stack(columns, axis=1)) for kind, columns in found.items()}
+        found.setdefault(kind_of(name), []).extend(_columns(subject, ideal, name, places))
+    mixed: dict[str, FloatArray] = {}
+    if subject.case.experiment.name == "placements":
+        mixed[_MIXED] = mixtures_of(ideal, subject.problem)
+        channels = channels_of(subject.case.logs)
+        for name in sorted(_OF_THE_SUM):
+            units = [{unit: (unit,)} for unit in units_of(TABLE[name].scope, channels)]
+            found.setdefault(_SUMMED, []).extend(_columns(subject, ideal, name, units))
+    single = {kind: np.stack(columns, axis=1) for kind, columns in found.items()}
+    return mixed | {kind: unit_columns(columns) for kind, columns in single.items()}
+
+
+def _columns(
+    subject: Subject, ideal: Case, name: str, places: Sequence[Mapping[str, tuple[str, ...]]]
+) -> list[FloatArray]:
+    """What an effect adds in every shape and place, shape (m,) each."""
+    effect, seen = TABLE[name], ideal.memory()
+    return [
+        derivative(ideal, subject.problem, effect, effect.size, owners, shape, seen=seen)
+        for shape in shapes_of(ideal, effect)
+        for owners in places
+    ]
 
 
 def _places(subject: Subject, cause: Cause) -> list[dict[str, tuple[str, ...]]]:

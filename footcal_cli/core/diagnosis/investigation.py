@@ -11,6 +11,7 @@ from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
+from footcal_cli.core.diagnosis.kinds import of_another_kind
 from footcal_cli.core.diagnosis.material import Nameless
 from footcal_cli.core.diagnosis.path import (
     Path,
@@ -24,7 +25,7 @@ from footcal_cli.core.diagnosis.sized import is_sized
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
-from footcal_cli.core.diagnosis.verdicts import NAMING, judged
+from footcal_cli.core.diagnosis.verdicts import NAMING, form_matters, judged
 from footcal_cli.core.diagnosis.ways import (
     another_way,
     at_its_size,
@@ -270,7 +271,8 @@ def _answers_of(
     alone = len(path.causes) == 1 and verdict is Verdict.UNKNOWN
     explains = alone and matters(beside=False)
     much = explains or path.share >= rules.later_share
-    if alone and much and not matters(beside=True):
+    loose = alone and much and not matters(beside=True)
+    if loose and not form_matters(subject, path, strict, seed):
         # what one name leaves of its form does not matter: it need not explain all of that, and
         # none of it where it is next to nothing, or where all that mattered is explained
         little = explains or path.share >= rules.share_form
@@ -296,6 +298,10 @@ def _answers_of(
     another = another_way(subject, path, strict, seed)
     if another := another or without_first(subject, path, strict, seed):
         yield another
+    if path.shorter is not None and of_another_kind(subject, path, rules, seed):
+        # what has no name takes the place of the last cause, but perhaps not of the others
+        yield from _answers_of(subject, path.shorter, rules, seed, large=large)
+        return
     yield (path, *judged(subject, sized, rules, seed))
 
 

@@ -1,9 +1,11 @@
-"""A name against kinds of causes that need no name: loops, linear memories, smooth curves.
+"""A name against kinds of causes that need no name: loops, memories, curves, mixtures, sums.
 
 Names are compared with names of the table. What the table lacks is then taken for what it
-resembles: a creep that it has not is a loop, a parabola a wrong weight. Plays of several reaches
-add up to any loop, several time constants to any linear memory, a parabola and a cubic to nearly
-any smooth curve: as columns they stand for every cause of their kind, whatever is a candidate.
+resembles: a creep that it has not is a loop, a parabola a wrong weight, a bypass a crosstalk and a
+curve. Plays of several reaches add up to any loop, several time constants to any linear memory, a
+parabola and a cubic to nearly any smooth curve, what each cell hears of each other one to any
+linear mixture, labels of all loads and bypasses from every load on to whatever depends on the load
+of a foot: as columns they stand for every cause of their kind, whatever is a candidate.
 """
 
 from __future__ import annotations
@@ -13,11 +15,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.dictionary import kind_of, kinds_at
+from footcal_cli.core.diagnosis.dictionary import BELIEFS, kind_of, kinds_at
 from footcal_cli.core.diagnosis.memories import FORM, left_with
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.diagnosis.search import WRITTEN
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.inference.case import channels_of
@@ -36,10 +37,12 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     ``E = L(name) − L(both)`` is what a name, in every form of its own kind, leaves to a kind on
     left-out blocks, ``E′ = L(kind) − L(both)`` what that leaves to it; ``E > 2 E′`` by the signs of
     the blocks, since the form of a true cause is never quite the table's
-    (`footcal_cli.core.diagnosis.memories`). A number that was written down wrong has no form: there
+    (`footcal_cli.core.diagnosis.memories`). A number that is believed wrong has no form: there
     ``E > E′``, and what the kind adds beside the name is sure by its scores, which hold the same
-    evidence with half the noise. Where loads are recorded beside the readings; elsewhere kinds
-    resemble what bodies do.
+    evidence with half the noise. Where the name adds nothing sure beside the kind (``E′``), as
+    beside mixtures the place of a cell never does, the kind need not be surely better. One kind in
+    the place of several names needs no margin either. Where loads are recorded beside the readings;
+    elsewhere kinds resemble what bodies do.
 
     Parameters
     ----------
@@ -51,7 +54,22 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     known = "load" in subject.problem.regressors
     if path.model is None or not known or is_six_axis(channels_of(subject.case.logs)):
         return False
+    if len(path.causes) > 1 and _in_place_of_all(subject, path, path.model, rules, seed):
+        return True
     return any(_outdoes(subject, path, path.model, cause, rules, seed) for cause in path.causes)
+
+
+def _in_place_of_all(subject: Subject, path: Path, model: Refit, rules: Rules, seed: int) -> bool:
+    """Whether one kind alone leaves less than several names do: ``L(names) > L(kind)``."""
+    noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
+    named, blank = subject.bare(model, path.causes), subject.problem.without_candidates
+    left = left_with(named, blank.columns[:, :0], noise)
+    own = {kind_of(effect) for effect in _effects(path.causes)}
+    return any(
+        sign_flip_mean(left - left_with(blank, columns, noise), signs) < rules.alpha_beside
+        for kind, columns in kinds_at(subject, model.ideal, path.causes).items()
+        if kind not in own
+    )
 
 
 def _outdoes(
@@ -60,8 +78,8 @@ def _outdoes(
     """Whether another kind explains what one cause does not, beside all other causes."""
     others = [c for c in path.causes if c is not cause]
     effects, beside = _effects([cause]), _effects(others)
-    exact, mine = effects <= WRITTEN, {kind_of(effect) for effect in effects}
-    kinds = kinds_at(subject, model.ideal, cause)
+    exact, mine = effects <= BELIEFS, {kind_of(effect) for effect in effects}
+    kinds = kinds_at(subject, model.ideal, [cause])
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
     blank = subject.problem.without_candidates
@@ -78,7 +96,10 @@ def _outdoes(
         both = left_with(named, np.hstack([form, columns]), noise)
         left, its = mine_left - both, left_with(blank, columns, noise) - both
         if exact:
-            surely = sign_flip_mean(left - its, signs) < rules.alpha_rival
+            more = left - its
+            idle = sign_flip_mean(its, signs) >= rules.alpha_beside
+            better = float(more.sum()) > 0.0
+            surely = better if idle else sign_flip_mean(more, signs) < rules.alpha_rival
             if surely and _adds_p(named, columns, noise, signs) < rules.alpha_left:
                 return True
         elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy import ndimage
 
@@ -10,7 +12,7 @@ from footcal_cli.core.inference.evidence import sign_flip_max_t
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import residual_within_blocks
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import starts_of
 
 WINDOWS = (1, 5, 13)
@@ -18,8 +20,10 @@ WINDOWS = (1, 5, 13)
 _RCOND = 1e-9
 _SHORTEST = 3 * max(WINDOWS)
 _ORDER = "order of recording"
-_NEIGHBOURS = 6
-_PATTERNS = 4095
+_REACHES = (3, 6, 12, 24)
+"""Placements before that one is compared with: spells are of any length."""
+_PATTERNS, _DRAWS = 4096, 16
+_TINY = 1e-300
 
 
 def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = None) -> float:
@@ -62,9 +66,11 @@ def spell_p(problem: Problem, signs: FloatArray, accepted: FloatArray | None = N
 
 
 def _neighbours_p(problem: Problem, fitted: FloatArray) -> float:
-    """Sign-flip p that placements are like those just before them, ``Σ_t Σ_{k≤6} e_t·e_{t−k}``.
+    """Sign-flip p that placements are like those just before them, ``Σ_t Σ_{k≤K} e_t·e_{t−k}``.
 
-    Every setting-up has its own offsets and gains first.
+    Over the whole squared error, for a few reaches K, of which the largest in units of its own
+    scatter counts. Every setting-up has its own offsets and gains first. What is fitted makes
+    neighbours unlike, so that placements of turned sign are fitted again (Freedman and Lane).
     """
     if problem.settings is not None:
         number, loose = problem.settings.number, problem.settings.columns
@@ -72,14 +78,35 @@ def _neighbours_p(problem: Problem, fitted: FloatArray) -> float:
         fitted = np.hstack([fitted, *own])
     residual = left_by(fitted, problem.residual, _RCOND)
     place, when = np.unique(problem.regressors[_ORDER], return_inverse=True)
-    error = np.zeros((place.size, len(problem.outputs)))
+    reaches = [reach for reach in _REACHES if reach < place.size]
+    if not residual.any() or not reaches:
+        return 1.0
+    rng = np.random.default_rng(0)
+    found = [_alike(problem, residual[None], when, reaches)]
+    for _ in range(_DRAWS):
+        signs = rng.choice([-1.0, 1.0], size=(_PATTERNS // _DRAWS, place.size))
+        turned = left_by(fitted, (signs[:, when] * residual).T, _RCOND).T
+        found.append(_alike(problem, turned, when, reaches))
+    alike = np.concatenate(found)
+    null = alike[1:]
+    largest = np.max((alike - null.mean(axis=0)) / (null.std(axis=0) + _TINY), axis=1)
+    return float(np.mean(largest >= largest[0]))
+
+
+def _alike(
+    problem: Problem, residual: FloatArray, when: IntArray, reaches: Sequence[int]
+) -> FloatArray:
+    """Sums of products with the placements before, over that of squares, (patterns, reaches)."""
+    error = np.zeros((len(residual), int(when.max()) + 1, len(problem.outputs)))
     for o in range(len(problem.outputs)):
         rows = problem.output == o
-        spread = float(np.sqrt(np.mean(residual[rows] ** 2))) if rows.any() else 0.0
-        if spread > 0:
-            error[when[rows], o] = residual[rows] / spread
-    apart = np.arange(place.size)[:, None] - np.arange(place.size)[None]
-    alike = np.where((apart > 0) & (apart <= _NEIGHBOURS), error @ error.T, 0.0)
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(_PATTERNS, place.size))
-    null = np.einsum("pt,pt->p", signs @ alike, signs)
-    return float((1 + np.sum(null >= alike.sum())) / (1 + _PATTERNS))
+        spread = np.sqrt(np.mean(residual[:, rows] ** 2, axis=1, keepdims=True))
+        error[:, when[rows], o] = residual[:, rows] / (spread + _TINY)
+    so_far = np.concatenate([np.zeros_like(error[:, :1]), np.cumsum(error, axis=1)], axis=1)
+    sums = []
+    for reach in reaches:
+        start = np.maximum(np.arange(error.shape[1]) - reach, 0)
+        before = so_far[:, :-1] - so_far[:, start]
+        sums.append(np.einsum("pto,pto->p", error, before))
+    whole = np.einsum("pto,pto->p", error, error)[:, None] + _TINY
+    return np.asarray(np.stack(sums, axis=1) / whole)

@@ -101,11 +101,14 @@ class Unnamed:
     as_form
         Whether what is left is a fault in the form of the names: where it is linear like them, or a
         curve of the same readings.
+    smallest
+        Squared error from which what is left matters, whatever share of the names it is.
     """
 
     left: Form
     rival: bool
     as_form: bool = False
+    smallest: float = np.inf
 
     def spoils(self, removed: float, rules: Rules, *, several: bool = False) -> bool:
         """Whether the names cannot be said for them.

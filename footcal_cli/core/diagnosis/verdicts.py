@@ -95,6 +95,16 @@ def _two_sure(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
     return each or path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
 
 
+def form_matters(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
+    """Whether what a named curve leaves to other curves of its axis spoils it, and matters."""
+    if not bent_axes(subject.case, path.causes):
+        return False
+    found = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
+    return any(
+        item.left.bought > item.smallest and item.spoils(path.removed, rules) for item in found
+    )
+
+
 def _trifles(subject: Subject, path: Path) -> bool:
     """Whether one of several causes changes no output by what matters, at its refitted size."""
     model, problem = path.model, path.current
