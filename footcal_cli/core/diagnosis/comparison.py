@@ -10,16 +10,15 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Compared, Diagnosis
 from footcal_cli.core.diagnosis.bends import open_curves
+from footcal_cli.core.diagnosis.by_cell import in_each_cell
 from footcal_cli.core.diagnosis.change_points import onset_moved
-from footcal_cli.core.diagnosis.contenders import KNEES, fit, refitted_with
+from footcal_cli.core.diagnosis.contenders import KNEES, fit
 from footcal_cli.core.diagnosis.field import field_of, inside, white_loss, without_its_edge
 from footcal_cli.core.diagnosis.memories import surer
-from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.rivals import (
     Tried,
     adding_p,
     adds_more,
-    as_fitted,
     excess_of,
     level_of,
     likelier,
@@ -48,15 +47,13 @@ from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.shapes import shapes_of
-from footcal_cli.core.inference.signatures import SWITCHES, Owners, own_place
-from footcal_cli.core.inference.whitening import Noise
+from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import FloatArray
 
 OF_ANY_ORDER = having(Trait.LOW_PASS)
 """Low-passes that the table knows in their first order only. A steeper one (a Butterworth) is
 nearer to a delay than to that, so that no comparison of losses speaks against it: here
 `Rules.alias` alone counts. A delay has one form: where a low-pass is surely nearer, it is out."""
-_SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one
 
 
 def decided(
@@ -91,7 +88,7 @@ def decided(
     best = next((t for t in tried if surer(subject, t, best, noise, signs, rules)), best)
     for form in _in_other_forms(subject, best.cause):
         best = min(best, field.judged_anew(form), key=lambda t: float(t.loss.sum()))
-    chosen, fitted, loss = _where(subject, causes, model, best, noise, signs, rules)
+    chosen, fitted, loss = in_each_cell(subject, causes, model, best, noise, signs, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
     gain = max(float((white_loss(blank, noise) - loss).sum()), 0.0)
     mine = best.cause.signature
@@ -342,63 +339,6 @@ def _worse(
     ):
         return True
     return significant and lost >= rules.rival_loss * gain
-
-
-def _where(
-    subject: Subject,
-    causes: Sequence[Cause],
-    model: Refit | None,
-    best: Tried,
-    noise: Noise,
-    signs: FloatArray,
-    rules: Rules,
-) -> tuple[Cause, Refit, FloatArray]:
-    """The same effect with a value per cell, where that predicts left-out blocks better."""
-    cause, loss = best.cause, best.loss
-    effect = subject.table[cause.signature.effect]
-    own = own_place(subject.case, effect)
-    # a shift along both axes in every cell is any linear mixture of the readings in the moments,
-    # and crosstalk of every cell's own nearly so: what could copy every linear cause proves none
-    if own is None or len(effect.sizes) > 1 or effect.name in LINEAR:
-        return cause, best.fitted, loss
-    where, owners = own
-    if not _differs_by_cell(subject, best, owners, noise, signs, rules):
-        return cause, best.fitted, loss
-    apart = replace(cause, signature=replace(cause.signature, where=where, owners=owners))
-    fitted = refitted_with(subject, [*causes, apart], model)
-    if not fitted.converged:  # so many sizes and shapes at once can follow anything
-        return cause, best.fitted, loss
-    bare = subject.bare(fitted, [*causes, apart])
-    less = white_loss(subject.without_credit(bare, fitted), noise)
-    neutral = next(p.neutral for p in effect.sizes if p.name == cause.signature.parameter)
-    sure = sum(
-        not interval.low <= neutral <= interval.high
-        for name, interval in zip(fitted.names, fitted.intervals, strict=True)
-        if name.rsplit(".", 1)[1] == cause.signature.parameter
-    )
-    # sizes that calibration can trade against each other are not distinguished
-    if sure < _SURE_CELLS or sign_flip_mean(loss - less, signs) >= rules.alpha_name:
-        return cause, best.fitted, loss
-    return replace(apart, places=()), fitted, less
-
-
-def _differs_by_cell(
-    subject: Subject,
-    best: Tried,
-    owners: Owners,
-    noise: Noise,
-    signs: FloatArray,
-    rules: Rules,
-) -> bool:
-    """Whether a size for each cell surely predicts better, to first order about the fitted one.
-
-    What is not there to first order is no reason for a refit of all cells.
-    """
-    mine = as_fitted(best)
-    each = subject.beside(best.fitted, [replace(mine, owners=(own,)) for own in owners])
-    apart = best.bare.holding(each)
-    gain = white_loss(best.bare, noise) - white_loss(apart, noise)
-    return sign_flip_mean(gain, signs) < rules.alpha_name
 
 
 def _aliases_of(
