@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis import comparison
+from footcal_cli.core.diagnosis import by_cell
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.ends import against_other_sign, held_at_zero
 from footcal_cli.core.diagnosis.rules import Rules
@@ -87,16 +87,17 @@ def test_sizes_of_every_cell_that_do_not_converge_are_no_answer(
     both = SimpleNamespace(
         converged=converged, names=model.names, intervals=(Interval(0.1, 0.09, 0.11),) * 2
     )
-    monkeypatch.setattr(comparison, "refitted_with", lambda *_: both)
-    monkeypatch.setattr(comparison, "white_loss", lambda *_: np.zeros(BLOCKS))
-    monkeypatch.setattr(comparison, "own_place", lambda *_: (EACH, apart.signature.owners))
+    monkeypatch.setattr(by_cell, "refitted_with", lambda *_: both)
+    monkeypatch.setattr(by_cell, "white_loss", lambda *_: np.zeros(BLOCKS))
+    monkeypatch.setattr(by_cell, "_differs_by_cell", lambda *_: True)
+    monkeypatch.setattr(by_cell, "own_place", lambda *_: (EACH, apart.signature.owners))
     subject = SimpleNamespace(
         case=None, table=TABLE, bare=lambda *_: None, without_credit=lambda *_: None
     )
     alone = replace(apart, signature=replace(apart.signature, where="left_fl"))
     best = SimpleNamespace(cause=alone, loss=np.ones(BLOCKS), fitted=None)
     signs = sign_patterns(BLOCKS, 0)
-    answer = comparison._where(subject, (), None, best, None, signs, RULES)  # type: ignore[arg-type]
+    answer = by_cell.in_each_cell(subject, (), None, best, None, signs, RULES)  # type: ignore[arg-type]
     assert answer[0].signature.where == where
 
 

@@ -206,7 +206,7 @@ def test_a_pair_is_refitted_as_proposed_where_none_grows_from_its_first(
     monkeypatch.setattr(ways, "together", lambda _subject, path, *_: replace(path, removed=60.0))
     monkeypatch.setattr(
         ways, "as_proposed",
-        lambda _subject, path, pair, _seed: replace(path, removed=90.0 + pair[1]),
+        lambda _subject, path, pair, *_: replace(path, removed=90.0 + pair[1]),
     )  # fmt: skip
     monkeypatch.setattr(ways, "grown", lambda _subject, path, *_: path)
     monkeypatch.setattr(ways, "as_one_mixture", lambda _subject, path, _seed: path)

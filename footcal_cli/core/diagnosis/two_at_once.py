@@ -61,7 +61,9 @@ def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | N
     return _both(subject, path, _cause(path.rounds[0].library, stronger), seed)
 
 
-def as_proposed(subject: Subject, path: Path, pair: tuple[int, int], seed: int) -> Path | None:
+def as_proposed(
+    subject: Subject, path: Path, pair: tuple[int, int], most: float, seed: int
+) -> Path | None:
     """A path that begins with a pair refitted as it was proposed, each against its look-alikes.
 
     The shapes of candidates are few, and one cause alone takes on what the other one does: beside
@@ -72,10 +74,13 @@ def as_proposed(subject: Subject, path: Path, pair: tuple[int, int], seed: int) 
     ----------
     pair
         Candidates by number, of two effects.
+    most
+        Held-out squared error that another path removes, which left something.
 
     Returns
     -------
-    None where a look-alike does better than one of them, or one is not surely something.
+    None where they remove less than that, a look-alike does better than one of them, or one is not
+    surely something.
     """
     baseline = path.rounds[0]
     p = baseline.search.first.p
@@ -85,6 +90,10 @@ def as_proposed(subject: Subject, path: Path, pair: tuple[int, int], seed: int) 
         at = baseline.library.causes.index(cause.signature.cause)
         causes.append(replace(cause, p=float(p[at])))
     model = refitted_with(subject, causes, refitted_with(subject, causes[:1], None))
+    both = subject.bare(model, causes)
+    before, after = losses(subject.problem, [both], both.law)
+    if before - after < most:
+        return None
     for i in (1, 0):
         other, mine = [causes[1 - i]], causes[i]
         alone = subject.refitted_from(other, model)

@@ -78,15 +78,17 @@ def _pairs_of(subject: Subject, path: Path, rules: Rules, seed: int) -> Iterator
     """Paths that begin with the likeliest pairs: with the first of each, then as proposed."""
     lib = path.rounds[0].library
     pairs, seen = likely_pairs(lib, rules), set[frozenset[tuple[str, str]]]()
+    most = path.removed
     for first in dict.fromkeys(pair[0] for pair in pairs):
         both = together(subject, path, first, seed)
         if both is not None:
             seen.add(frozenset((c.signature.effect, c.signature.where) for c in both.causes))
+            most = max(most, both.removed)
             yield both
     for pair in pairs:
         named = [lib.problem.signatures[number] for number in pair]
         if frozenset((s.effect, s.where) for s in named) not in seen:
-            both = as_proposed(subject, path, pair, seed)
+            both = as_proposed(subject, path, pair, most, seed)
             if both is not None:
                 yield both
 
