@@ -308,7 +308,7 @@ def test_what_leaves_next_to_nothing_is_an_answer_and_a_large_residual_is_never_
     monkeypatch: pytest.MonkeyPatch, removed: float, large: bool, verdict: Verdict
 ) -> None:
     """A set of rivals of which no test but the share that is asked for stands in the way."""
-    path = SimpleNamespace(causes=(SimpleNamespace(p=0.0),), share=removed)
+    path = SimpleNamespace(causes=(SimpleNamespace(p=0.0),), share=removed, shorter=None)
 
     def judge(_subject: None, _path: None, rules: Rules, _seed: int) -> tuple[Verdict, float]:
         return Verdict.AMBIGUOUS if rules.share_set <= 0.8 else Verdict.UNKNOWN, 0.8
@@ -316,6 +316,7 @@ def test_what_leaves_next_to_nothing_is_an_answer_and_a_large_residual_is_never_
     for name, value in {
         "jumped": None, "grown": path, "as_one_mixture": path, "at_its_size": path,
         "matters_of": False, "second_cause": None, "another_way": None, "without_first": None,
+        "form_matters": False,
     }.items():  # fmt: skip
         monkeypatch.setattr(investigation, name, lambda *_, value=value, **__: value)
     monkeypatch.setattr(investigation, "judged", judge)

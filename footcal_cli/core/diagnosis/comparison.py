@@ -33,6 +33,7 @@ from footcal_cli.core.diagnosis.rivals import (
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import all_are_something
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.weighing import has_few_blocks
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Effect, Scope, Trait
@@ -149,7 +150,10 @@ def decided(
         same |= {t.cause.signature.effect for t in tried
                  if Trait.ALL_ALIKE in subject.table[t.cause.signature.effect].traits}  # fmt: skip
     # in a noise that has the cause in it the two look less alike than their refits are
-    same |= {name for name, more in lost.items() if more < (1.0 - rules.same**2) * gain}
+    same |= {
+        name for name, more in lost.items()
+        if more < (1.0 - rules.same**2) * gain and not {name, mine.effect} <= CURVES
+    }  # fmt: skip
     # of two that are so much alike none leaves a good part of what the other one explains
     left = {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
     same -= left - OF_ANY_ORDER
