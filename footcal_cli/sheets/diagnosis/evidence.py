@@ -71,9 +71,10 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         return [_open(row, "the readings are wrong") for row in found.rounds[0].effects]
     if found.verdict in _WITHOUT_NAME:
         # what was accepted on the way did not stand in the end
+        shown = found.rounds[-1 if found.verdict is Verdict.NONE else 0].effects
         return [
             _open(row, _WITHOUT_NAME[found.verdict]) if row.status is EffectStatus.PRESENT else row
-            for row in found.rounds[0].effects
+            for row in shown
         ]
     rows: list[EffectRow] = []
     seen: set[str] = set()
