@@ -239,6 +239,8 @@ def decided_again(
     causes = list(causes)
     for i, answer in enumerate(rounds[: len(causes) - 1]):
         others = [*causes[:i], *causes[i + 1 :]]
+        if answer.causes[0].signature.effect in {cause.signature.effect for cause in others}:
+            continue  # the effect that this one began as is another cause by now
         start = {n: v for n, v in model.values.items() if n not in subject.case.values}
         alone = subject.refitted(others, start)
         if not all_are_something(others, subject.table, alone):
