@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from footcal_cli.core.diagnosis import investigation, ways
+from footcal_cli.core.diagnosis import investigation, material, ways
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.investigation import investigate
@@ -325,6 +325,23 @@ def test_what_leaves_next_to_nothing_is_an_answer_and_a_large_residual_is_never_
     )
     answers = investigation._searched(subject, None, RULES, 0, large=large)  # type: ignore[arg-type]
     assert next(answers)[1] is verdict
+
+
+@pytest.mark.parametrize(
+    ("rms", "p", "verdict"),
+    [(2.0, 1e-3, Verdict.UNKNOWN), (0.5, 1e-3, Verdict.NONE), (2.0, 0.3, Verdict.NONE)],
+)
+def test_what_surely_repeats_by_as_much_as_matters_is_not_nothing(
+    monkeypatch: pytest.MonkeyPatch, rms: float, p: float, verdict: Verdict
+) -> None:
+    part = material.Nameless("fz", "N", rms=rms, whole=9.0, white=9.0, smallest=1.0)
+    for name, value in {"nameless_beside": (part,), "gains_of": (), "_found": ()}.items():
+        monkeypatch.setattr(investigation, name, lambda *_, value=value, **__: value)
+    last = SimpleNamespace(before=SimpleNamespace(p=p), rules=RULES)
+    problem = SimpleNamespace(law=None)
+    path, subject = SimpleNamespace(rounds=(last,)), SimpleNamespace(problem=problem, case=None)
+    answer = investigation._without_name(subject, path, Verdict.NONE, 0.0)  # type: ignore[arg-type]
+    assert answer.verdict is verdict
 
 
 @dataclass(frozen=True)
