@@ -56,6 +56,7 @@ def test_a_cause_is_decided_again_with_all_the_others_in_the_model(
         return f"{answer} again", SimpleNamespace(values={})
 
     monkeypatch.setattr(comparison, "decided", decided)
+    monkeypatch.setattr(comparison, "_began_as", lambda *_: False)
     monkeypatch.setattr(comparison, "all_are_something", lambda *_: True)
     subject = SimpleNamespace(
         case=SimpleNamespace(values={}), table={}, refitted=lambda others, start: (others, start)
@@ -85,6 +86,7 @@ def test_what_is_nothing_without_a_cause_begins_where_it_stood_beside_it(
         values: dict[str, float]
 
     monkeypatch.setattr(comparison, "decided", decided)
+    monkeypatch.setattr(comparison, "_began_as", lambda *_: False)
     monkeypatch.setattr(comparison, "all_are_something", lambda *_: stands)
     subject = SimpleNamespace(
         case=SimpleNamespace(values={}), table={},
@@ -103,3 +105,29 @@ def test_shares_of_effects_are_drawn_in_per_cent() -> None:
     _draw_parts(axes, [Attribution("scale", 0.6, 0.2, 0.4), Attribution("bias", 0.5, 0.25, 0.3)])
     widths = [cast(Rectangle, bar).get_width() for bar in axes.patches]
     np.testing.assert_allclose(widths, [60.0, 50.0, 20.0, 25.0])
+
+
+@pytest.mark.parametrize(("other", "again"), [("hinge", 1), ("crosstalk", 0)])
+def test_a_cause_whose_first_name_is_another_one_by_now_is_not_decided_again(
+    monkeypatch: pytest.MonkeyPatch, other: str, again: int
+) -> None:
+    """Its contenders would be none: the effect that it began as is in the model."""
+    asked = []
+
+    def decided(*_: Any) -> Any:
+        asked.append(1)
+        return _a("curve"), model
+
+    def _a(effect: str) -> SimpleNamespace:
+        return SimpleNamespace(signature=SimpleNamespace(effect=effect))
+
+    model = SimpleNamespace(values={})
+    monkeypatch.setattr(comparison, "decided", decided)
+    monkeypatch.setattr(comparison, "all_are_something", lambda *_: True)
+    subject = SimpleNamespace(case=SimpleNamespace(values={}), refitted=lambda *_: model, table={})
+    began = SimpleNamespace(causes=(_a("crosstalk"),))
+    comparison.decided_again(
+        cast(Any, subject), cast(Any, [_a("curve"), _a(other)]), cast(Any, model),
+        cast(Any, [began, began]), seed=0,
+    )  # fmt: skip
+    assert len(asked) == again

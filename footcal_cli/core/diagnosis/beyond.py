@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.dictionary import COMPLETE, CURVED, kinds_at, kinds_of
+from footcal_cli.core.diagnosis.dictionary import COMPLETE, CURVED, kinds_at, kinds_named
 from footcal_cli.core.diagnosis.memories import FORM
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
@@ -89,7 +89,10 @@ def is_beyond(
     rules, seed
         Thresholds; of sign patterns.
     """
-    mine, theirs = kinds_of(causes[which]), frozenset().union(*(kinds_of(causes[i]) for i in of))
+    mine, theirs = (
+        kinds_named(causes[which]),
+        frozenset().union(*(kinds_named(causes[i]) for i in of)),
+    )
     if len(mine) != 1 or mine <= theirs or not mine | theirs <= COMPLETE:
         return False
     return beyond(subject, model, causes, which, of, seed).is_no_form(rules)
@@ -148,7 +151,7 @@ def _taken(
 
 def _forms_of(subject: Subject, model: Refit, cause: Cause) -> FloatArray:
     """Columns of the kind of a cause where it acts, shape (m, k)."""
-    every, mine = kinds_at(subject, model.ideal, [cause]), kinds_of(cause)
+    every, mine = kinds_at(subject, model.ideal, [cause]), kinds_named(cause)
     columns = [every[kind] for kind in sorted(mine)]
     if CURVED in mine:
         cells = dict.fromkeys(cell for _, members in cause.signature.owners for cell in members)

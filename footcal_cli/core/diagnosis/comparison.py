@@ -239,8 +239,8 @@ def decided_again(
     causes = list(causes)
     for i, answer in enumerate(rounds[: len(causes) - 1]):
         others = [*causes[:i], *causes[i + 1 :]]
-        if answer.causes[0].signature.effect in {cause.signature.effect for cause in others}:
-            continue  # the effect that this one began as is another cause by now
+        if _began_as(answer, others):
+            continue
         start = {n: v for n, v in model.values.items() if n not in subject.case.values}
         alone = subject.refitted(others, start)
         if not all_are_something(others, subject.table, alone):
@@ -249,6 +249,11 @@ def decided_again(
             alone = replace(alone, values=values)
         causes[i], model = decided(subject, others, alone, answer, seed)
     return causes, model
+
+
+def _began_as(answer: Diagnosis, others: Sequence[Cause]) -> bool:
+    """Whether the effect that a cause was first named as is another cause by now."""
+    return answer.causes[0].signature.effect in {cause.signature.effect for cause in others}
 
 
 def _from_the_other_side(subject: Subject, chosen: Cause, fitted: Refit) -> list[Signature]:

@@ -36,7 +36,7 @@ _MIXED, _SUMMED = "mixture", "sum"
 _OF_THE_SUM = having(Trait.OF_THE_SUM)
 
 
-def kinds_of(cause: Cause) -> frozenset[str]:
+def kinds_named(cause: Cause) -> frozenset[str]:
     """The kinds of an effect and of all its rivals."""
     return frozenset(kind_of(s.effect) for s in (cause.signature, *cause.rivals))
 
