@@ -25,8 +25,8 @@ SEEN = (
 
 
 ANKLES = (
-    ("ankles mirrored", 717),
-    ("ankles jump", 701),
+    pytest.param("ankles mirrored", 717, marks=pytest.mark.slow),
+    pytest.param("ankles jump", 701, marks=pytest.mark.slow),
     ("ankles clean", 702),
     ("stance clean", 701),
 )
@@ -41,7 +41,7 @@ def test_a_walk_on_ankles_is_read_like_one_on_cells(name: str, number: int, tmp_
     assert answer(trial, record) == "right", record.get("sentence")
 
 
-ALIKE = (("ankles gain", 717), ("stand curve", 717))
+ALIKE = (("ankles gain", 717), pytest.param("stand curve", 717, marks=pytest.mark.slow))
 """Certainly named a curve and the mass before: look-alikes lost next to nothing, or were stopped by
 a bound."""
 

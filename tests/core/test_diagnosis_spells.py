@@ -108,7 +108,7 @@ def test_what_is_fitted_to_placements_does_not_hide_that_neighbours_are_alike() 
     def p_of(error: FloatArray) -> float:
         return spell_p(replace(placed(error), calibration=known), signs, None)
 
-    noise = [rng.standard_normal((PLACEMENTS, 3)) for _ in range(100)]
+    noise = [rng.standard_normal((PLACEMENTS, 3)) for _ in range(60)]
     p = np.array([p_of(error) for error in noise])
     assert np.mean(p < 0.05) < 0.13
     assert np.mean(p < 0.5) > 0.35

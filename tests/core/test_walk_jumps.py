@@ -86,7 +86,8 @@ def test_a_jump_that_settles_is_named_all_the_same() -> None:
     assert found.found[0].owner == cell
 
 
-@pytest.mark.parametrize("seed", [20, pytest.param(21, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [20, 21])
 def test_a_cable_that_comes_and_goes_is_no_jump(seed: int) -> None:
     cell, size, _ = drawn(seed)
     case = walk_case(seed, None, duration_s=DURATION_S)
