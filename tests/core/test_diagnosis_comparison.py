@@ -16,7 +16,7 @@ from footcal_cli.core.diagnosis.answer import Cause, EffectStatus
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.by_cell import in_each_cell
 from footcal_cli.core.diagnosis.comparison import _worse
-from footcal_cli.core.diagnosis.field import best_of
+from footcal_cli.core.diagnosis.field import Field, best_of
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.rivals import (
     Tried,
@@ -274,7 +274,7 @@ def test_positions_of_its_own_in_every_cell_are_no_proof() -> None:
     subject = Subject(case, problem_from(case, rows, (), describe), TABLE, describe)
     best = tried("cell_position", 1.0, 0.4)
     noise = subject.problem.law
-    chosen, fitted, _ = in_each_cell(subject, [], None, best, noise, SIGNS, Rules())
+    chosen, fitted, _ = in_each_cell(Field(subject, [], None, SIGNS, noise, []), best, Rules())
     assert chosen is best.cause
     assert fitted is best.fitted
 

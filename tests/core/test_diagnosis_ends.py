@@ -97,7 +97,8 @@ def test_sizes_of_every_cell_that_do_not_converge_are_no_answer(
     alone = replace(apart, signature=replace(apart.signature, where="left_fl"))
     best = SimpleNamespace(cause=alone, loss=np.ones(BLOCKS), fitted=None)
     signs = sign_patterns(BLOCKS, 0)
-    answer = by_cell.in_each_cell(subject, (), None, best, None, signs, RULES)  # type: ignore[arg-type]
+    field = SimpleNamespace(subject=subject, causes=(), model=None, signs=signs, noise=None)
+    answer = by_cell.in_each_cell(field, best, RULES)  # type: ignore[arg-type]
     assert answer[0].signature.where == where
 
 

@@ -20,7 +20,7 @@ from footcal_cli.core.diagnosis.dictionary import COMPLETE, CURVED, kinds_at, ki
 from footcal_cli.core.diagnosis.memories import FORM
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.unnamed import KNEES, knees_at, loads_of
+from footcal_cli.core.diagnosis.unnamed import knees_of
 from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
@@ -30,7 +30,6 @@ from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.parameters import FloatArray
 
 Pairs: TypeAlias = Sequence[tuple[int, int]]
-_CARRIES = 0.05  # of its largest load, from which a cell carries something
 
 
 @dataclass(frozen=True)
@@ -89,10 +88,8 @@ def is_beyond(
     rules, seed
         Thresholds; of sign patterns.
     """
-    mine, theirs = (
-        kinds_named(causes[which]),
-        frozenset().union(*(kinds_named(causes[i]) for i in of)),
-    )
+    mine = kinds_named(causes[which])
+    theirs = frozenset[str]().union(*(kinds_named(causes[i]) for i in of))
     if len(mine) != 1 or mine <= theirs or not mine | theirs <= COMPLETE:
         return False
     return beyond(subject, model, causes, which, of, seed).is_no_form(rules)
@@ -155,8 +152,5 @@ def _forms_of(subject: Subject, model: Refit, cause: Cause) -> FloatArray:
     columns = [every[kind] for kind in sorted(mine)]
     if CURVED in mine:
         cells = dict.fromkeys(cell for _, members in cause.signature.owners for cell in members)
-        for cell, load in loads_of(model.ideal, list(cells)).items():
-            carried = load[load > _CARRIES * np.nanmax(load)]
-            knees = np.quantile(carried, KNEES) if carried.size else KNEES
-            columns.append(np.stack(knees_at(model.ideal, subject.problem, cell, knees), axis=1))
+        columns += [cell.T for cell in knees_of(model.ideal, subject.problem, list(cells))]
     return unit_columns(np.hstack(columns))

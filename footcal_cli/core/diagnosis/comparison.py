@@ -89,7 +89,7 @@ def decided(
     best = next((t for t in tried if surer(subject, t, best, noise, signs, rules)), best)
     for form in _in_other_forms(subject, best.cause):
         best = min(best, field.judged_anew(form), key=lambda t: float(t.loss.sum()))
-    chosen, fitted, loss = in_each_cell(subject, causes, model, best, noise, signs, rules)
+    chosen, fitted, loss = in_each_cell(field, best, rules)
     blank = subject.problem if model is None else subject.bare(model, causes)
     gain = max(float((white_loss(blank, noise) - loss).sum()), 0.0)
     mine = best.cause.signature
@@ -117,16 +117,14 @@ def decided(
 
     losses = {t.cause.signature.effect: t.loss for t in tried}
     lost = {effect: float((other - loss).sum()) for effect, other in losses.items()}
+    others = {t.cause.signature.effect: t for t in tried if t.cause.signature.effect != mine.effect}
+    surely = {effect for effect, other in others.items() if significant(other)}
     worse = {
-        other.cause.signature.effect
-        for other in tried
-        if other.cause.signature.effect != mine.effect
-        and (
-            _worse(subject.table, other, best, loss, gain, significant(other), rules)
-            or (
-                lost[other.cause.signature.effect] > 0.0
-                and outdone(subject, other, best, family, noise, signs, rules)
-            )
+        effect
+        for effect, other in others.items()
+        if (
+            _worse(subject.table, other, best, loss, gain, effect in surely, rules)
+            or (lost[effect] > 0.0 and outdone(subject, other, best, family, noise, signs, rules))
             or surer(subject, best, other, noise, signs, rules)
         )
         and not bends_as_well(other)
@@ -157,12 +155,10 @@ def decided(
     # of two that are so much alike none leaves a good part of what the other one explains
     left = {name for name in same if lost.get(name, 0.0) > rules.wrong_form * gain}
     same -= left - OF_ANY_ORDER
-    smooth = without_its_edge(subject, causes, model, best, noise, signs, rules, gain)
+    smooth = without_its_edge(field, best, rules, gain)
     same |= {s.effect for s in smooth}
     # what only its bound stops is something else; that something may be what the best one copies
-    sized = {t.cause.signature.effect for t in tried
-             if t.cause.signature.effect in stopped and significant(t)}  # fmt: skip
-    worse = (worse - same) | (sized - {mine.effect})
+    worse = (worse - same) | (stopped & surely)
     late = onset_moved(subject.table[mine.effect], mine, best.fitted)
     known = _as_good(answer, gain) if late else first.rivals
     rivals = [*known, first.signature, *(other.cause.signature for other in tried)]

@@ -226,30 +226,22 @@ def _family(
     return [s for s in subject.problem.signatures if s.effect in effects and s.where in where]
 
 
-def without_its_edge(
-    subject: Subject,
-    causes: Sequence[Cause],
-    model: Refit | None,
-    best: Tried,
-    noise: Noise,
-    signs: FloatArray,
-    rules: Rules,
-    gain: float,
-) -> list[Signature]:
+def without_its_edge(field: Field, best: Tried, rules: Rules, gain: float) -> list[Signature]:
     """Smooth curves in the place of a knee that surely explains no more than without its edge.
 
     The polynomials of the table follow no curve that ends below the lightest loads; what they miss
     there is no evidence of a knee.
     """
+    subject = field.subject
     effect = subject.table[best.cause.signature.effect]
     if effect.other_form is None:
         return []
     apply, remove = effect.other_form
     soft = replace(effect, apply=apply, remove=remove)
     other = replace(subject, table={**subject.table, effect.name: soft})
-    _, fitted, bare = fit(other, causes, model, best.cause)
-    lost = white_loss(other.without_credit(bare, fitted), noise) - best.loss
-    sure = sign_flip_mean(lost, signs) < rules.alpha_rival
+    _, fitted, bare = fit(other, field.causes, field.model, best.cause)
+    lost = white_loss(other.without_credit(bare, fitted), field.noise) - best.loss
+    sure = sign_flip_mean(lost, field.signs) < rules.alpha_rival
     if sure and float(lost.sum()) > share_for_form(best, rules.other_form, rules) * gain:
         return []
     where = best.cause.signature.where

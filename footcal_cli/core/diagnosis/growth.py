@@ -89,7 +89,7 @@ def grown_beyond_form(
     rules = replace(answer.rules, second_share=answer.rules.pair_share)
     again = diagnose(current, rules, seed, start)
     found, again = grown_by_one(subject, causes, model, current, again, start, seed)
-    if found is None or len(found[0]) <= len(causes):
+    if found is None:
         return None
     last = len(causes)
     beyond = is_beyond(subject, found[1], found[0], last, range(last), rules, seed)

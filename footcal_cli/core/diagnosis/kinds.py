@@ -2,10 +2,8 @@
 
 Names are compared with names of the table. What the table lacks is then taken for what it
 resembles: a creep that it has not is a loop, a parabola a wrong weight, a bypass a crosstalk and a
-curve. Plays of several reaches add up to any loop, several time constants to any linear memory, a
-parabola and a cubic to nearly any smooth curve, what each cell hears of each other one to any
-linear mixture, labels of all loads and bypasses from every load on to whatever depends on the load
-of a foot: as columns they stand for every cause of their kind, whatever is a candidate.
+curve. Columns that add up to every cause of a kind (`footcal_cli.core.diagnosis.dictionary`) stand
+for it, whatever is a candidate.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from footcal_cli.core.diagnosis.departure import (
     departure_of,
     of_calibration,
 )
+from footcal_cli.core.diagnosis.field import white_loss
 from footcal_cli.core.diagnosis.gain import (
     Gain,
     bought,
@@ -33,10 +34,8 @@ from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.evidence import sign_flip_mean, sign_patterns
-from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.scores import held_out_loss
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 LEAST_STABLE = 0.5
@@ -173,8 +172,7 @@ def _ahead(subject: Subject, path: Path, fold: IntArray) -> BoolArray:
 
     def loss(of: Path) -> FloatArray:
         fair = of.current if of.model is None else subject.without_credit(of.current, of.model)
-        grams = calibration_grams(fair.without_candidates, path.current.law, counted=False)
-        return held_out_loss(grams.inner, grams.calibration)
+        return white_loss(fair, path.current.law)
 
     mine = loss(path)
     more = np.array([loss(other) - mine for other in path.instead])
@@ -209,9 +207,7 @@ def _behind(
     """
 
     def loss(bare: Problem, fitted: Refit) -> FloatArray:
-        fair = subject.without_credit(bare, fitted)
-        grams = calibration_grams(fair, path.current.law, counted=False)
-        return held_out_loss(grams.inner, grams.calibration)
+        return white_loss(subject.without_credit(bare, fitted), path.current.law)
 
     mine = loss(subject.bare(model, [replace(path.causes[0], rivals=(), places=())]), model)
     found = {}

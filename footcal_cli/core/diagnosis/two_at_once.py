@@ -56,7 +56,8 @@ def together(subject: Subject, path: Path, stronger: int, seed: int) -> Path | N
 
     Returns
     -------
-    One cause where the other one is nothing beside it; None where that itself does not stand.
+    With one cause where the other one is nothing beside it; None where the first one found does not
+    stand beside what was held.
     """
     return _both(subject, path, _cause(path.rounds[0].library, stronger), seed)
 

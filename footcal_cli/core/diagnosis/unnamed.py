@@ -141,15 +141,20 @@ def curves_of(ideal: Case, rows: Problem) -> Curves:
     rows
         Which errors count.
     """
-    single = []
-    for channel, load in loads_of(ideal, channels_of(ideal.logs)).items():
-        carried = load[load > _CARRIES * np.nanmax(load)]
-        knees = np.quantile(carried, KNEES) if carried.size else KNEES
-        single.append(knees_at(ideal, rows, channel, knees))
-    cells = np.array(single)
+    cells = knees_of(ideal, rows, channels_of(ideal.logs))
     return Curves(
         unit_columns(cells.sum(axis=0).T), unit_columns(cells.reshape(-1, cells.shape[-1]).T)
     )
+
+
+def knees_of(ideal: Case, rows: Problem, channels: Sequence[str]) -> FloatArray:
+    """What knees of channels add to the residual at `KNEES` of what they carry, (c, knees, m)."""
+    single = []
+    for channel, load in loads_of(ideal, channels).items():
+        carried = load[load > _CARRIES * np.nanmax(load)]
+        knees = np.quantile(carried, KNEES) if carried.size else KNEES
+        single.append(knees_at(ideal, rows, channel, knees))
+    return np.array(single)
 
 
 def loads_of(ideal: Case, channels: Sequence[str]) -> dict[str, FloatArray]:

@@ -35,17 +35,20 @@ def changed(table: Mapping[str, Effect], causes: Sequence[Cause]) -> list[str]:
 
 def _changed_by(table: Mapping[str, Effect], signature: Signature) -> str | None:
     """Whose zero a candidate changes, None where nobody's alone."""
-    if Trait.ZERO_TOO not in table[signature.effect].traits or len(signature.owners) != 1:
-        return None
-    owner, members = signature.owners[0]
-    return owner if len(members) == 1 else None
+    return _alone_in(signature) if Trait.ZERO_TOO in table[signature.effect].traits else None
 
 
 def _shown_by(table: Mapping[str, Effect], signature: Signature) -> str | None:
     """Whose zero a candidate changes, or has a constant part of its own next to, None elsewhere."""
-    constant = any(p.beside for p in table[signature.effect].sizes)
-    if not constant or len(signature.owners) != 1:
-        return _changed_by(table, signature)
+    if any(p.beside for p in table[signature.effect].sizes):
+        return _alone_in(signature)
+    return _changed_by(table, signature)
+
+
+def _alone_in(signature: Signature) -> str | None:
+    """The owner of a candidate with one size for one sensor, None of all others."""
+    if len(signature.owners) != 1:
+        return None
     owner, members = signature.owners[0]
     return owner if len(members) == 1 else None
 
