@@ -4,7 +4,9 @@ A curve of a cell's own load, of whatever form, shows nothing of the past; what 
 its loads is more than that, however little of the error it is. So a loop or a creep beside a curve,
 or a curve beside one of these, is judged by what it explains beside the other one in every form of
 its kind: knees, parabola and cubic add up to any curve, plays of several reaches to any loop,
-several time constants to any linear memory.
+several time constants to any linear memory. What acts on cells in another way has no such form at
+all, but sensors that share their drivers let forms copy most of it: what counts is that the rest,
+which they cannot copy, asks for the same size.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from typing import TypeAlias
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.dictionary import COMPLETE, CURVED, kinds_at, kinds_named
+from footcal_cli.core.diagnosis.dictionary import COMPLETE, CURVED, cells_of, kinds_at, kinds_named
 from footcal_cli.core.diagnosis.memories import FORM
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
@@ -38,20 +40,22 @@ class Beyond:
 
     Parameters
     ----------
-    gain, left
-        Squared error that it takes at its own form beside the others as they were fitted, and
-        beside every form of them; negative where its size then has the other sign.
+    agreement
+        Its size beside every form of the others over the one beside them as they were fitted: 1
+        where no form does what it does, 0 where it only stands in for one.
+    seen
+        Share of its information that no form of the others can copy.
     p
         That it adds nothing beside every form of the others, by signs of the blocks.
     """
 
-    gain: float
-    left: float
+    agreement: float
+    seen: float
     p: float
 
     def is_no_form(self, rules: Rules) -> bool:
-        """Whether it is surely something there, and no form explains half of what it does."""
-        return self.p < rules.alpha_left and self.left * FORM > self.gain > 0.0
+        """Whether it is surely something there, and not by half another size."""
+        return self.p < rules.alpha_left and 1.0 / FORM < self.agreement < FORM
 
 
 def are_distinct(
@@ -76,8 +80,8 @@ def is_beyond(
 ) -> bool:
     """Whether one of several causes is more than the form of some others.
 
-    Only of curves and memories, of two kinds: what further kinds have as columns is not every form
-    of them, and a wrong label at one of few loads is a curve.
+    Only of causes all of whose forms are known (`footcal_cli.core.diagnosis.dictionary`), and of
+    other kinds than its own.
 
     Parameters
     ----------
@@ -90,7 +94,7 @@ def is_beyond(
     """
     mine = kinds_named(causes[which])
     theirs = frozenset[str]().union(*(kinds_named(causes[i]) for i in of))
-    if len(mine) != 1 or mine <= theirs or not mine | theirs <= COMPLETE:
+    if mine & theirs or not theirs <= COMPLETE:
         return False
     return beyond(subject, model, causes, which, of, seed).is_no_form(rules)
 
@@ -106,9 +110,9 @@ def beyond(
     """What one of several causes explains beside the others, and beside every form of some.
 
     With v what the cause does at its size, the residual without it is ``r − v``. Its score beside
-    calibration and the other causes, ``s_b = ṽ_b · r̃_b`` block by block, explains
-    ``(Σ s)²/Σ |ṽ_b|²``; the same with the forms of the others fitted too, as columns at the loads
-    of the model.
+    calibration and the other causes, ``s_b = ṽ_b · r̃_b`` block by block, gives its size
+    ``Σ s/Σ |ṽ_b|²``; the same with the forms of the others fitted too, as columns at the loads of
+    the model.
     """
     cause = causes[which]
     owners = {owner for owner, _ in cause.signature.owners}
@@ -129,28 +133,28 @@ def beyond(
     )
     forms = np.hstack([_forms_of(subject, model, causes[i]) for i in of])
     signs, column = sign_patterns(bare.blocks, seed), unit_columns(does[:, None])
-    gain, _ = _taken(without, bare, column, signs)
-    return Beyond(gain, *_taken(without.holding(forms), bare, column, signs))
+    score, information, _ = _scored(without, bare, column, signs)
+    left, visible, p = _scored(without.holding(forms), bare, column, signs)
+    seen = visible / information
+    return Beyond(left / score / seen if seen > 0.0 else 0.0, seen, p)
 
 
-def _taken(
+def _scored(
     problem: Problem, law_of: Problem, column: FloatArray, signs: FloatArray
-) -> tuple[float, float]:
-    """Squared error that a column takes, negative where it makes it as large; and its p."""
+) -> tuple[float, float, float]:
+    """Score of a column, its information, and the p that it explains nothing."""
     grams, _ = whitened_grams(problem, column, law_of.law)
     found = scores(grams.inner, grams.calibration, grams.features)
     score, information = float(found.score.sum()), float(found.information.sum())
-    if not information > 0.0:
-        return 0.0, 1.0
-    p = float(sign_flip_max_t(found.score, signs).p[0])
-    return -score * abs(score) / information, p
+    p = float(sign_flip_max_t(found.score, signs).p[0]) if information > 0.0 else 1.0
+    return score, information, p
 
 
 def _forms_of(subject: Subject, model: Refit, cause: Cause) -> FloatArray:
     """Columns of the kind of a cause where it acts, shape (m, k)."""
-    every, mine = kinds_at(subject, model.ideal, [cause]), kinds_named(cause)
-    columns = [every[kind] for kind in sorted(mine)]
+    mine = kinds_named(cause)
+    columns = list(kinds_at(subject, model.ideal, [cause], mine).values())
     if CURVED in mine:
-        cells = dict.fromkeys(cell for _, members in cause.signature.owners for cell in members)
-        columns += [cell.T for cell in knees_of(model.ideal, subject.problem, list(cells))]
+        knees = knees_of(model.ideal, subject.problem, cells_of(subject, cause))
+        columns += [cell.T for cell in knees]
     return unit_columns(np.hstack(columns))

@@ -8,7 +8,7 @@ foot.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -28,17 +28,19 @@ from footcal_cli.core.parameters import FloatArray
 
 CURVED = "curve"
 """The kind of all curves of a cell's own load."""
-COMPLETE = frozenset({CURVED, *(TABLE[name].remedy for name in MEMORIES)})
+_MIXED, _SUMMED = "mixture", "sum"
+COMPLETE = frozenset({CURVED, _MIXED, _SUMMED, *(TABLE[name].remedy for name in MEMORIES)})
 """Kinds whose columns add up to every form that a cause of theirs may have."""
 BELIEFS = having(Trait.BELIEF)
 """Numbers that are believed wrong: they have no form."""
-_MIXED, _SUMMED = "mixture", "sum"
 _OF_THE_SUM = having(Trait.OF_THE_SUM)
 
 
 def kinds_named(cause: Cause) -> frozenset[str]:
-    """The kinds of an effect and of all its rivals."""
-    return frozenset(kind_of(s.effect) for s in (cause.signature, *cause.rivals))
+    """The kinds of an effect and of all its rivals; a number believed wrong is of what it does."""
+    does = {**dict.fromkeys(LINEAR, _MIXED), **dict.fromkeys(_OF_THE_SUM, _SUMMED)}
+    effects = [s.effect for s in (cause.signature, *cause.rivals)]
+    return frozenset(does.get(effect) or kind_of(effect) for effect in effects)
 
 
 def kind_of(effect: str) -> str:
@@ -52,22 +54,34 @@ def kind_of(effect: str) -> str:
     return TABLE[effect].remedy if effect in MEMORIES else effect
 
 
-def kinds_at(subject: Subject, ideal: Case, causes: Sequence[Cause]) -> dict[str, FloatArray]:
-    """Columns of each kind where causes act, each in every shape, shape (m, k)."""
-    found: dict[str, list[FloatArray]] = {}
+def rival_kinds(subject: Subject) -> frozenset[str]:
+    """Kinds that a name is held against: where placed loads are known, mixtures and sums too."""
+    placed = subject.case.experiment.name == "placements"
+    return COMPLETE if placed else COMPLETE - {_MIXED, _SUMMED}
+
+
+def kinds_at(
+    subject: Subject, ideal: Case, causes: Sequence[Cause], kinds: Collection[str]
+) -> dict[str, FloatArray]:
+    """Columns of some kinds where causes act, each in every shape, shape (m, k)."""
     places = [p for cause in causes for p in _places(subject, cause)]
     places = [p for i, p in enumerate(places) if p not in places[:i]]
-    for name in sorted(MEMORIES | SMOOTH):
-        found.setdefault(kind_of(name), []).extend(_columns(subject, ideal, name, places))
-    mixed: dict[str, FloatArray] = {}
-    if subject.case.experiment.name == "placements":
-        mixed[_MIXED] = mixtures_of(ideal, subject.problem)
-        channels = channels_of(subject.case.logs)
-        for name in sorted(_OF_THE_SUM):
-            units = [{unit: (unit,)} for unit in units_of(TABLE[name].scope, channels)]
-            found.setdefault(_SUMMED, []).extend(_columns(subject, ideal, name, units))
-    single = {kind: np.stack(columns, axis=1) for kind, columns in found.items()}
-    return mixed | {kind: unit_columns(columns) for kind, columns in single.items()}
+    asked = [(kind_of(name), name, places) for name in sorted(MEMORIES | SMOOTH)]
+    for name in sorted(_OF_THE_SUM & having(*Trait, experiment=subject.case.experiment.name)):
+        units = units_of(TABLE[name].scope, channels_of(subject.case.logs))
+        asked.append((_SUMMED, name, [{unit: (unit,)} for unit in units]))
+    found = {_MIXED: mixtures_of(ideal, subject.problem)} if _MIXED in kinds else {}
+    for kind in dict.fromkeys(kind for kind, *_ in asked if kind in kinds):
+        columns = [c for k, name, where in asked if k == kind
+                   for c in _columns(subject, ideal, name, where)]  # fmt: skip
+        found[kind] = unit_columns(np.stack(columns, axis=1))
+    return found
+
+
+def cells_of(subject: Subject, cause: Cause) -> list[str]:
+    """The cells where a cause acts, each once; all of them where it acts on no cell."""
+    every = (cell for place in _places(subject, cause) for own in place.values() for cell in own)
+    return list(dict.fromkeys(every))
 
 
 def _columns(

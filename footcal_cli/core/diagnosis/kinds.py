@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.dictionary import BELIEFS, kind_of, kinds_at
+from footcal_cli.core.diagnosis.dictionary import BELIEFS, kind_of, kinds_at, rival_kinds
 from footcal_cli.core.diagnosis.memories import FORM, left_with
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
@@ -65,8 +65,9 @@ def _in_place_of_all(subject: Subject, path: Path, model: Refit, rules: Rules, s
     own = {kind_of(effect) for effect in _effects(path.causes)}
     return any(
         sign_flip_mean(left - left_with(blank, columns, noise), signs) < rules.alpha_beside
-        for kind, columns in kinds_at(subject, model.ideal, path.causes).items()
-        if kind not in own
+        for kind, columns in kinds_at(
+            subject, model.ideal, path.causes, rival_kinds(subject) - own
+        ).items()
     )
 
 
@@ -77,7 +78,7 @@ def _outdoes(
     others = [c for c in path.causes if c is not cause]
     effects, beside = _effects([cause]), _effects(others)
     exact, mine = effects <= BELIEFS, {kind_of(effect) for effect in effects}
-    kinds = kinds_at(subject, model.ideal, [cause])
+    kinds = kinds_at(subject, model.ideal, [cause], rival_kinds(subject))
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
     blank = subject.problem.without_candidates

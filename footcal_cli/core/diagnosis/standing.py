@@ -183,11 +183,15 @@ def _ahead(subject: Subject, path: Path, fold: IntArray) -> BoolArray:
 def _ruled_out_later(path: Path) -> frozenset[str]:
     """Rivals of the causes before the last, which only a later cause spoke against.
 
-    Without a fold that chooses one of them the later cause would not have been looked for.
+    Without a fold that chooses one of them the later cause would not have been looked for; not so
+    where the search with all folds began with it, or each was found beside the other.
     """
+    if path.both_ways:
+        return frozenset()
     before, now = path.shorter, (s for c in path.causes for s in (c.signature, *c.rivals))
     was = () if before is None else (s for c in before.causes for s in c.rivals)
-    return frozenset(s.effect for s in was) - frozenset(s.effect for s in now)
+    began = frozenset(answer.causes[0].signature.effect for answer in path.answers)
+    return frozenset(s.effect for s in was) - frozenset(s.effect for s in now) - began
 
 
 def happened(subject: Subject, path: Path, verdict: Verdict) -> Standing:

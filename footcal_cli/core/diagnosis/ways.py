@@ -61,7 +61,10 @@ def another_way(
     again = found_both_ways(subject, path, seed)
     if again is not None:
         verdict, share = judged(subject, at_its_size(subject, again), rules, seed)
-        if verdict in CLEAR and share >= rules.share_pair:
+        if verdict in CLEAR and (
+            share >= rules.share_pair
+            or are_distinct(subject, again.model, again.causes, [(0, 1)], rules, seed)
+        ):
             return again, verdict, share
     most, left = path.removed, list[Path]()
     for both in _pairs_of(subject, path, rules, seed):
