@@ -40,15 +40,15 @@ def fitted_both(case: Case, *effects: str) -> tuple[Subject, list[Cause], Refit]
 
 
 @pytest.mark.parametrize(
-    ("gain", "left", "p", "no_form"),
-    [(100.0, 90.0, 1e-4, True), (100.0, 40.0, 1e-4, False), (100.0, 90.0, 0.01, False),
-     # of the other sign once every form is there
-     (100.0, -90.0, 1e-4, False), (-1.0, -1.0, 1e-4, False)],
+    ("agreement", "p", "no_form"),
+    [(0.9, 1e-4, True), (0.4, 1e-4, False), (0.9, 0.01, False),
+     # of the other sign, or of several times the size, once every form is there
+     (-0.9, 1e-4, False), (2.5, 1e-4, False)],
 )  # fmt: skip
-def test_no_form_explains_half_of_what_is_surely_more_than_one(
-    gain: float, left: float, p: float, *, no_form: bool
+def test_what_no_form_copies_asks_for_about_the_same_size(
+    agreement: float, p: float, *, no_form: bool
 ) -> None:
-    assert Beyond(gain, left, p).is_no_form(RULES) is no_form
+    assert Beyond(agreement, p).is_no_form(RULES) is no_form
 
 
 @pytest.mark.parametrize("seed", [21, 22])
@@ -60,8 +60,8 @@ def test_a_loop_beside_a_curve_is_more_than_its_form(seed: int) -> None:
     loop = beyond(subject, model, causes, 1, [0], 0)
     curve = beyond(subject, model, causes, 0, [1], 0)
     # no curve follows a load up and down on two ways; plays from zero on bend as they load
-    assert loop.left / loop.gain > 0.6 > curve.left / curve.gain
-    assert not are_distinct(subject, model, causes, [(0, 1)], RULES, 0)
+    assert abs(loop.agreement - 1.0) < 0.2
+    assert abs(curve.agreement - 1.0) < 0.2
     assert are_distinct(subject, model, causes, [], RULES, 0)
 
 
@@ -76,8 +76,8 @@ def test_only_kinds_whose_forms_are_all_known_are_asked() -> None:
         weights_case(25, BENT, LOOPED), "nonlinearity", "hysteresis"
     )
     assert not is_beyond(subject, model, [causes[0], causes[0]], 1, [0], RULES, 0)
-    hole = replace(causes[0], signature=replace(causes[0].signature, effect="wrong_weight"))
-    assert not is_beyond(subject, model, [hole, causes[1]], 1, [0], RULES, 0)
+    warm = replace(causes[0], signature=replace(causes[0].signature, effect="temperature_bias"))
+    assert not is_beyond(subject, model, [warm, causes[1]], 1, [0], RULES, 0)
 
 
 def test_a_small_loop_next_to_a_large_curve_is_named() -> None:

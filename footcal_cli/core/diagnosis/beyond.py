@@ -43,14 +43,11 @@ class Beyond:
     agreement
         Its size beside every form of the others over the one beside them as they were fitted: 1
         where no form does what it does, 0 where it only stands in for one.
-    seen
-        Share of its information that no form of the others can copy.
     p
         That it adds nothing beside every form of the others, by signs of the blocks.
     """
 
     agreement: float
-    seen: float
     p: float
 
     def is_no_form(self, rules: Rules) -> bool:
@@ -135,8 +132,9 @@ def beyond(
     signs, column = sign_patterns(bare.blocks, seed), unit_columns(does[:, None])
     score, information, _ = _scored(without, bare, column, signs)
     left, visible, p = _scored(without.holding(forms), bare, column, signs)
-    seen = visible / information
-    return Beyond(left / score / seen if seen > 0.0 else 0.0, seen, p)
+    if not visible > 0.0 or score == 0.0:
+        return Beyond(0.0, 1.0)
+    return Beyond((left / visible) / (score / information), p)
 
 
 def _scored(

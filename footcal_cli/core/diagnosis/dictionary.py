@@ -28,12 +28,13 @@ from footcal_cli.core.parameters import FloatArray
 
 CURVED = "curve"
 """The kind of all curves of a cell's own load."""
-_MIXED, _SUMMED = "mixture", "sum"
+_MIXED, _SUMMED, _MATRIX = "mixture", "sum", "matrix"
 COMPLETE = frozenset({CURVED, _MIXED, _SUMMED, *(TABLE[name].remedy for name in MEMORIES)})
 """Kinds whose columns add up to every form that a cause of theirs may have."""
 BELIEFS = having(Trait.BELIEF)
 """Numbers that are believed wrong: they have no form."""
 _OF_THE_SUM = having(Trait.OF_THE_SUM)
+_OF_THE_MATRIX = ("cross_coupling", "scale_matrix")
 
 
 def kinds_named(cause: Cause) -> frozenset[str]:
@@ -51,11 +52,18 @@ def kind_of(effect: str) -> str:
         return _MIXED
     if effect in _OF_THE_SUM - BELIEFS:
         return _SUMMED
+    if effect in _OF_THE_MATRIX:
+        return _MATRIX
     return TABLE[effect].remedy if effect in MEMORIES else effect
 
 
 def rival_kinds(subject: Subject) -> frozenset[str]:
-    """Kinds that a name is held against: where placed loads are known, mixtures and sums too."""
+    """Kinds that a name is held against: where placed loads are known, mixtures and sums too.
+
+    Of a transducer any matrix, which turns of a leg tell from what time does.
+    """
+    if subject.case.experiment.name == "hang":
+        return frozenset({_MATRIX})
     placed = subject.case.experiment.name == "placements"
     return COMPLETE if placed else COMPLETE - {_MIXED, _SUMMED}
 
@@ -64,12 +72,14 @@ def kinds_at(
     subject: Subject, ideal: Case, causes: Sequence[Cause], kinds: Collection[str]
 ) -> dict[str, FloatArray]:
     """Columns of some kinds where causes act, each in every shape, shape (m, k)."""
+    channels = channels_of(subject.case.logs)
     places = [p for cause in causes for p in _places(subject, cause)]
     places = [p for i, p in enumerate(places) if p not in places[:i]]
+    members = [unit for c in causes for _, own in c.signature.owners for unit in own]
     asked = [(kind_of(name), name, places) for name in sorted(MEMORIES | SMOOTH)]
+    asked += [(_MATRIX, name, _each(units_of(Scope.LEG, members))) for name in _OF_THE_MATRIX]
     for name in sorted(_OF_THE_SUM & having(*Trait, experiment=subject.case.experiment.name)):
-        units = units_of(TABLE[name].scope, channels_of(subject.case.logs))
-        asked.append((_SUMMED, name, [{unit: (unit,)} for unit in units]))
+        asked.append((_SUMMED, name, _each(units_of(TABLE[name].scope, channels))))
     found = {_MIXED: mixtures_of(ideal, subject.problem)} if _MIXED in kinds else {}
     for kind in dict.fromkeys(kind for kind, *_ in asked if kind in kinds):
         columns = [c for k, name, where in asked if k == kind
@@ -90,10 +100,16 @@ def _columns(
     """What an effect adds in every shape and place, shape (m,) each."""
     effect, seen = TABLE[name], ideal.memory()
     return [
-        derivative(ideal, subject.problem, effect, effect.size, owners, shape, seen=seen)
+        derivative(ideal, subject.problem, effect, size, owners, shape, seen=seen)
         for shape in shapes_of(ideal, effect)
         for owners in places
+        for size in effect.sizes
     ]
+
+
+def _each(units: Sequence[str]) -> list[dict[str, tuple[str, ...]]]:
+    """Owners with one size each, of which each is one unit."""
+    return [{unit: (unit,)} for unit in units]
 
 
 def _places(subject: Subject, cause: Cause) -> list[dict[str, tuple[str, ...]]]:

@@ -37,10 +37,9 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     the blocks, since the form of a true cause is never quite the table's
     (`footcal_cli.core.diagnosis.memories`). A number that is believed wrong has no form: there
     ``E > E′``, and what the kind adds beside the name is sure by its scores, which hold the same
-    evidence with half the noise. Where the name adds nothing sure beside the kind (``E′``), as
-    beside mixtures the place of a cell never does, the kind need not be surely better. One kind in
-    the place of several names needs no margin either. Where loads are recorded beside the readings;
-    elsewhere kinds resemble what bodies do.
+    evidence with half the noise. One kind in the place of several names needs no margin either.
+    Where loads are recorded beside the readings; elsewhere kinds resemble what bodies do. Turns of
+    a hanging leg follow one another in time: there a name must surely add to any matrix (``E′``).
 
     Parameters
     ----------
@@ -49,12 +48,18 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     rules, seed
         Thresholds; of sign patterns.
     """
-    known = "load" in subject.problem.regressors
-    if path.model is None or not known or is_six_axis(channels_of(subject.case.logs)):
+    loaded = "load" in subject.problem.regressors
+    known = loaded and not is_six_axis(channels_of(subject.case.logs))
+    if path.model is None or not (known or _of_turns(subject)):
         return False
     if len(path.causes) > 1 and _in_place_of_all(subject, path, path.model, rules, seed):
         return True
     return any(_outdoes(subject, path, path.model, cause, rules, seed) for cause in path.causes)
+
+
+def _of_turns(subject: Subject) -> bool:
+    """Whether legs hang and are turned: a matrix shows in turns, whatever changes in time."""
+    return subject.case.experiment.name == "hang"
 
 
 def _in_place_of_all(subject: Subject, path: Path, model: Refit, rules: Rules, seed: int) -> bool:
@@ -78,6 +83,7 @@ def _outdoes(
     others = [c for c in path.causes if c is not cause]
     effects, beside = _effects([cause]), _effects(others)
     exact, mine = effects <= BELIEFS, {kind_of(effect) for effect in effects}
+    hung = _of_turns(subject)
     kinds = kinds_at(subject, model.ideal, [cause], rival_kinds(subject))
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
@@ -95,13 +101,12 @@ def _outdoes(
         both = left_with(named, np.hstack([form, columns]), noise)
         left, its = mine_left - both, left_with(blank, columns, noise) - both
         if exact:
-            more = left - its
-            idle = sign_flip_mean(its, signs) >= rules.alpha_beside
-            better = float(more.sum()) > 0.0
-            surely = better if idle else sign_flip_mean(more, signs) < rules.alpha_rival
-            if surely and _adds_p(named, columns, noise, signs) < rules.alpha_left:
+            better = float((left - its).sum()) > 0.0
+            if better and _adds_p(named, columns, noise, signs) < rules.alpha_left:
                 return True
         elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
+            return True
+        if hung and sign_flip_mean(its, signs) >= rules.alpha_rival:
             return True
     return False
 
