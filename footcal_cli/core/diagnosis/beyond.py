@@ -18,8 +18,14 @@ from typing import TypeAlias
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.dictionary import COMPLETE, CURVED, cells_of, kinds_at, kinds_named
-from footcal_cli.core.diagnosis.memories import FORM
+from footcal_cli.core.diagnosis.dictionary import (
+    COMPLETE,
+    CURVED,
+    FORM,
+    cells_of,
+    kinds_at,
+    kinds_named,
+)
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import knees_of

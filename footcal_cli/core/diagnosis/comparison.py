@@ -14,7 +14,6 @@ from footcal_cli.core.diagnosis.by_cell import in_each_cell
 from footcal_cli.core.diagnosis.change_points import onset_moved
 from footcal_cli.core.diagnosis.contenders import KNEES, fit
 from footcal_cli.core.diagnosis.field import field_of, inside, white_loss, without_its_edge
-from footcal_cli.core.diagnosis.memories import surer
 from footcal_cli.core.diagnosis.rivals import (
     Tried,
     adding_p,
@@ -33,6 +32,7 @@ from footcal_cli.core.diagnosis.rivals import (
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import all_are_something
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.two_kinds import surer
 from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.weighing import has_few_blocks
 from footcal_cli.core.effects import having

@@ -13,8 +13,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.dictionary import BELIEFS, kind_of, kinds_at, rival_kinds
-from footcal_cli.core.diagnosis.memories import FORM, left_with
+from footcal_cli.core.diagnosis.dictionary import (
+    BELIEFS,
+    FORM,
+    kind_of,
+    kinds_at,
+    left_with,
+    rival_kinds,
+)
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
@@ -35,7 +41,7 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     ``E = L(name) − L(both)`` is what a name, in every form of its own kind, leaves to a kind on
     left-out blocks, ``E′ = L(kind) − L(both)`` what that leaves to it; ``E > 2 E′`` by the signs of
     the blocks, since the form of a true cause is never quite the table's
-    (`footcal_cli.core.diagnosis.memories`). A number that is believed wrong has no form: there
+    (`footcal_cli.core.diagnosis.two_kinds`). A number that is believed wrong has no form: there
     ``E > E′``, and what the kind adds beside the name is sure by its scores, which hold the same
     evidence with half the noise. One kind in the place of several names needs no margin either.
     Where loads are recorded beside the readings; elsewhere kinds resemble what bodies do. Turns of
