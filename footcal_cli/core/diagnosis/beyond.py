@@ -29,6 +29,7 @@ from footcal_cli.core.diagnosis.dictionary import (
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import knees_of
+from footcal_cli.core.effects.contract import Stage, Trait
 from footcal_cli.core.inference.evidence import sign_flip_max_t, sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import unit_columns
@@ -83,8 +84,9 @@ def is_beyond(
 ) -> bool:
     """Whether one of several causes is more than the form of some others.
 
-    Only of causes all of whose forms are known (`footcal_cli.core.diagnosis.dictionary`), and of
-    other kinds than its own.
+    Only of causes all of whose forms are known (`footcal_cli.core.diagnosis.dictionary`), of other
+    kinds than its own. What the body and its clocks do is usual in small amounts, and a lag of
+    sensors may be one of the noise: none of these is named for so little.
 
     Parameters
     ----------
@@ -95,8 +97,11 @@ def is_beyond(
     rules, seed
         Thresholds; of sign patterns.
     """
+    effect = subject.table[causes[which].signature.effect]
     mine = kinds_named(causes[which])
     theirs = frozenset[str]().union(*(kinds_named(causes[i]) for i in of))
+    if effect.stage not in {Stage.CELL, Stage.FOOT} or Trait.LOW_PASS in effect.traits:
+        return False
     if mine & theirs or not theirs <= COMPLETE:
         return False
     return beyond(subject, model, causes, which, of, seed).is_no_form(rules)
