@@ -100,9 +100,8 @@ def is_beyond(
     effect = subject.table[causes[which].signature.effect]
     mine = kinds_named(causes[which])
     theirs = frozenset[str]().union(*(kinds_named(causes[i]) for i in of))
-    if effect.stage not in {Stage.CELL, Stage.FOOT} or Trait.LOW_PASS in effect.traits:
-        return False
-    if mine & theirs or not theirs <= COMPLETE:
+    usual = effect.stage not in {Stage.CELL, Stage.FOOT} or Trait.LOW_PASS in effect.traits
+    if mine & theirs or not theirs <= COMPLETE or (usual and not mine <= COMPLETE):
         return False
     return beyond(subject, model, causes, which, of, seed).is_no_form(rules)
 

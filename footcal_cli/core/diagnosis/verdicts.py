@@ -5,6 +5,7 @@ Of the room of the diagnosis; `footcal_cli.core.diagnosis.investigation` asks.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -70,8 +71,13 @@ def judged(subject: Subject, path: Path, rules: Rules, seed: int) -> tuple[Verdi
         # a size that only its bound stops is the size of something else, as is a curve's mean gain,
         # and what others are in a walk in which a cell still jumps; one that may be none is no size
         return Verdict.UNKNOWN, share
-    if verdict in NAMING and len(path.causes) > 1 and _trifles(subject, path):
-        # it stands in for the form of a larger one, or for where a refit of that one ended
+    if (
+        verdict in NAMING
+        and len(path.causes) > 1
+        and (_trifles(subject, path) or _alike(subject, path, rules, seed))
+    ):
+        # it stands in for the form of a larger one, or for where a refit of that one ended, or both
+        # copy a third
         return Verdict.UNKNOWN, share
     loose = subject.case.drifts or subject.case.experiment.name == "stand"
     if (
@@ -93,6 +99,15 @@ def _two_sure(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
         return False
     each = len(same) == 1 and len(path.causes) == 2  # beside every form of the other one
     return each or path.pair or path.both_ways or all(cause.rivals for cause in path.causes)
+
+
+def _alike(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
+    """Whether two of several causes look alike, and one may be a form of the other."""
+    first, causes = path.rounds[0], path.causes
+    if not look_alike(first.library, _columns_of(first, causes), rules):
+        return False
+    pairs = list(itertools.combinations(range(len(causes)), 2))
+    return not are_distinct(subject, path.model, causes, pairs, rules, seed)
 
 
 def form_matters(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
@@ -224,9 +239,7 @@ def _verdict(
     several = any(cause.rivals for cause in causes)
     if any(rival.spoils(removed, rules, several=several) for rival in unnamed):
         return Verdict.UNKNOWN, share
-    if not enough(removed, last.before, form, rules, between=between, several=several) or (
-        len(causes) > 1 and look_alike(lib, _columns_of(first, causes), rules)
-    ):
+    if not enough(removed, last.before, form, rules, between=between, several=several):
         return Verdict.UNKNOWN, share
     if several:
         # neither which one it is nor what else is there: a set would hide the rest

@@ -11,6 +11,7 @@ from dataclasses import replace
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.beyond import are_distinct
 from footcal_cli.core.diagnosis.engine import left_apart, leftover
+from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.material import Nameless, line_over_smallest, nameless_of
 from footcal_cli.core.diagnosis.pairs import in_same_cells, likely_pairs
 from footcal_cli.core.diagnosis.path import Path, as_one_mixture, beginning, grown
@@ -66,7 +67,7 @@ def another_way(
             or are_distinct(subject, again.model, again.causes, [(0, 1)], rules, seed)
         ):
             return again, verdict, share
-    most, left = path.removed, list[Path]()
+    most, left = _removed_by_names(subject, path), list[Path]()
     for both in _pairs_of(subject, path, rules, seed):
         grew = as_one_mixture(subject, grown(subject, both, rules, seed), seed)
         verdict, share = judged(subject, at_its_size(subject, grew), rules, seed)
@@ -77,11 +78,23 @@ def another_way(
     return None
 
 
+def _removed_by_names(subject: Subject, path: Path) -> float:
+    """Held-out squared error that the causes of a path remove, their rivals not fitted.
+
+    A set of rivals in one model would be several causes, and no measure of a pair.
+    """
+    if path.model is None:
+        return 0.0
+    alone = without_rivals(path.current, path.model)
+    before, after = losses(subject.problem, [alone], path.current.law)
+    return before - after
+
+
 def _pairs_of(subject: Subject, path: Path, rules: Rules, seed: int) -> Iterator[Path]:
     """Paths that begin with the likeliest pairs: with the first of each, then as proposed."""
     lib = path.rounds[0].library
     pairs, seen = likely_pairs(lib, rules), set[frozenset[tuple[str, str]]]()
-    most = path.removed
+    most = _removed_by_names(subject, path)
     for first in dict.fromkeys(pair[0] for pair in pairs):
         both = together(subject, path, first, seed)
         if both is not None:
