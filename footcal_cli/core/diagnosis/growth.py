@@ -78,13 +78,14 @@ def grown_beyond_form(
     """As `grown_by_one`, of a cause that was refused as form of the others and surely is none.
 
     It need not remove the share of what they remove (`Rules.second_share`), since no form of them
-    does what it does (`footcal_cli.core.diagnosis.beyond`).
+    does what it does (`footcal_cli.core.diagnosis.beyond`). Only a second cause: of two, each with
+    a form of its own, too much is a third.
 
     Returns
     -------
     None where none was refused for that, or it may be their form.
     """
-    if not any(refusal.why is Why.FORM for refusal in answer.search.refused):
+    if len(causes) > 1 or all(one.why is not Why.FORM for one in answer.search.refused):
         return None
     rules = replace(answer.rules, second_share=answer.rules.pair_share)
     again = diagnose(current, rules, seed, start)

@@ -18,7 +18,7 @@ from footcal_cli.core.diagnosis.path import Path, as_one_mixture, beginning, gro
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.two_at_once import as_proposed, found_both_ways, together
-from footcal_cli.core.diagnosis.verdicts import CLEAR, judged
+from footcal_cli.core.diagnosis.verdicts import CLEAR, NAMING, judged
 from footcal_cli.core.inference.whitening import has_single_rows
 
 
@@ -62,11 +62,12 @@ def another_way(
     again = found_both_ways(subject, path, seed)
     if again is not None:
         verdict, share = judged(subject, at_its_size(subject, again), rules, seed)
-        if verdict in CLEAR and (
-            share >= rules.share_pair
-            or are_distinct(subject, again.model, again.causes, [(0, 1)], rules, seed)
-        ):
+        if verdict in CLEAR and share >= rules.share_pair:
             return again, verdict, share
+        if verdict in NAMING and are_distinct(
+            subject, again.model, again.causes, [(0, 1)], rules, seed
+        ):
+            return again, verdict, share  # what they leave is a form of one of them
     most, left = _removed_by_names(subject, path), list[Path]()
     for both in _pairs_of(subject, path, rules, seed):
         grew = as_one_mixture(subject, grown(subject, both, rules, seed), seed)
