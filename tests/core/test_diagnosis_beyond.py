@@ -18,6 +18,7 @@ from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.refit import Refit
 from tests.core.test_diagnosis_bridge import ROBOT, Hidden, weights_case, with_rivals
+from tests.core.test_diagnosis_ways import CELLS, named_both, placed
 
 RULES = Rules()
 EVERYONE = {"all": ROBOT.channels}
@@ -83,3 +84,35 @@ def test_only_kinds_whose_forms_are_all_known_are_asked() -> None:
 def test_a_small_loop_next_to_a_large_curve_is_named() -> None:
     found = investigate(weights_case(26, BENT, LOOPED), TABLE, describe)
     assert {"nonlinearity", "hysteresis"} <= with_rivals(found)
+
+
+BYPASS: Hidden = (
+    "load_bypass", {"left": ("left",)}, {"left.load_bypass": 0.1, "left.bypass_load": 15.0}
+)  # fmt: skip
+HEARD: Hidden = ("crosstalk", {"all": CELLS}, {"all.crosstalk": 0.02})
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_what_a_cell_hears_is_no_form_of_a_bypass_and_the_other_way_round(seed: int) -> None:
+    subject, path = named_both(placed(seed, BYPASS, HEARD), "load_bypass", "crosstalk")
+    assert are_distinct(subject, path.model, path.causes, [(0, 1)], RULES, 0)
+    assert path.model is not None
+    for which in (0, 1):
+        found = beyond(subject, path.model, path.causes, which, [1 - which], 0)
+        assert abs(found.agreement - 1.0) < 0.3
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_beside_a_bypass_alone_no_cell_hears_another(seed: int) -> None:
+    subject, path = named_both(placed(seed, BYPASS), "load_bypass", "crosstalk")
+    assert not are_distinct(subject, path.model, path.causes, [(0, 1)], RULES, 0)
+
+
+def test_nothing_usual_is_more_than_a_form() -> None:
+    subject, path = named_both(placed(3, BYPASS, HEARD), "load_bypass", "crosstalk")
+    bypass, heard = path.causes
+    assert path.model is not None
+    late = replace(heard, signature=replace(heard.signature, effect="sensor_lag"))
+    table = {**subject.table, "sensor_lag": TABLE["sensor_lag"]}
+    usual = replace(subject, table=table)
+    assert not is_beyond(usual, path.model, [bypass, late], 1, [0], RULES, 0)

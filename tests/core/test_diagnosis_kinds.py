@@ -20,6 +20,7 @@ from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
 from tests.blind import foreign
+from tests.core.leg_cases import distorting, hang_case, hung_logs, stepped
 from tests.core.test_diagnosis_bridge import Hidden, weights_case
 from tests.core.test_diagnosis_memories import Law, distorted, first, follower
 from tests.core.test_diagnosis_ways import CELLS, named_both, placed
@@ -118,3 +119,13 @@ def test_a_weight_that_adds_nothing_beside_a_curve_is_no_wrong_weight() -> None:
 
     assert taken_for(distorted(3, bent_little), "wrong_weight")
     assert not taken_for(mislabelled(0.05), "wrong_weight")
+
+
+def test_a_step_that_any_matrix_of_the_transducer_explains_is_no_step() -> None:
+    def hung(effect: str, by_n: float) -> Case:
+        chain, values = distorting(effect, "fl", {"coupling_fx_fy": 0.08})
+        logs = hung_logs(4, chain, values)
+        return hang_case(stepped({"fl": logs["fl"]}, "fl", axis=0, share=0.5, step_n=by_n))
+
+    assert taken_for(hung("cross_coupling", 0.0), "offset_change")
+    assert not taken_for(hung("", 0.5), "offset_change")
