@@ -24,7 +24,7 @@ from footcal_cli.core.diagnosis.dictionary import (
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.effects.contract import Trait, is_six_axis
 from footcal_cli.core.inference.case import channels_of
 from footcal_cli.core.inference.evidence import sign_flip_group, sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
@@ -45,7 +45,8 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     ``E > E′``, and what the kind adds beside the name is sure by its scores, which hold the same
     evidence with half the noise. One kind in the place of several names needs no margin either.
     Where loads are recorded beside the readings; elsewhere kinds resemble what bodies do. Turns of
-    a hanging leg follow one another in time: there a name must surely add to any matrix (``E′``).
+    a hanging leg follow one another in time: what time or temperature does there must surely add to
+    any matrix (``E′``).
 
     Parameters
     ----------
@@ -89,7 +90,10 @@ def _outdoes(
     others = [c for c in path.causes if c is not cause]
     effects, beside = _effects([cause]), _effects(others)
     exact, mine = effects <= BELIEFS, {kind_of(effect) for effect in effects}
-    hung = _of_turns(subject)
+    table = subject.table
+    timed = any(Trait.TIMED in table[e].traits or "temperature_degc" in table[e].needs
+                for e in effects)  # fmt: skip
+    in_time = timed and _of_turns(subject)
     kinds = kinds_at(subject, model.ideal, [cause], rival_kinds(subject))
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)
@@ -112,7 +116,7 @@ def _outdoes(
                 return True
         elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
             return True
-        if hung and sign_flip_mean(its, signs) >= rules.alpha_rival:
+        if in_time and sign_flip_mean(its, signs) >= rules.alpha_rival:
             return True
     return False
 
