@@ -30,7 +30,7 @@ from footcal_cli.core.inference.evidence import sign_flip_group, sign_flip_mean,
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.scores import scores
+from footcal_cli.core.inference.scores import held_out_loss, scores
 from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
@@ -46,7 +46,7 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     evidence with half the noise. One kind in the place of several names needs no margin either.
     Where loads are recorded beside the readings; elsewhere kinds resemble what bodies do. Turns of
     a hanging leg follow one another in time: what time or temperature does there must surely add to
-    any matrix (``E′``).
+    any single gain or coupling (``E′``).
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _outdoes(
                 return True
         elif sign_flip_mean(left - FORM * its, signs) < rules.alpha_left:
             return True
-        if in_time and sign_flip_mean(its, signs) >= rules.alpha_rival:
+        if in_time and not _adds_to_each(blank, named, columns, noise, signs, rules):
             return True
     return False
 
@@ -129,3 +129,25 @@ def _adds_p(named: Problem, columns: FloatArray, noise: Noise, signs: FloatArray
     """The p, by the signs of the blocks, that columns add nothing beside a name."""
     grams, _ = whitened_grams(named, columns, noise)
     return sign_flip_group(scores(grams.inner, grams.calibration, grams.features).score, signs)
+
+
+def _adds_to_each(
+    blank: Problem,
+    named: Problem,
+    columns: FloatArray,
+    noise: Noise,
+    signs: FloatArray,
+    rules: Rules,
+) -> bool:
+    """Whether a name surely adds something beside each of some columns, one at a time."""
+    without, beside = (_losses_with_each(one, columns, noise) for one in (blank, named))
+    p = [sign_flip_mean(a - b, signs) for a, b in zip(without, beside, strict=True)]
+    return max(p, default=0.0) < rules.alpha_rival
+
+
+def _losses_with_each(problem: Problem, columns: FloatArray, noise: Noise) -> list[FloatArray]:
+    grams, _ = whitened_grams(problem, columns, noise, counted=False)
+    return [
+        held_out_loss(grams.inner, np.append(grams.calibration, column))
+        for column in grams.features
+    ]
