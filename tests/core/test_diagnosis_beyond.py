@@ -42,7 +42,7 @@ def fitted_both(case: Case, *effects: str) -> tuple[Subject, list[Cause], Refit]
 
 @pytest.mark.parametrize(
     ("agreement", "p", "no_form"),
-    [(0.9, 1e-4, True), (0.4, 1e-4, False), (0.9, 0.01, False),
+    [(0.9, 1e-4, True), (0.7, 1e-4, False), (0.9, 0.01, False),
      # of the other sign, or of several times the size, once every form is there
      (-0.9, 1e-4, False), (2.5, 1e-4, False)],
 )  # fmt: skip
