@@ -39,7 +39,9 @@ def surer_is(seed: int, hidden: Hidden, *, one: str, other: str) -> bool:
         cause = Cause(mine, nothing, 1.0, nothing, 0, 0.0, rivals=(), places=())
         cause, fitted, bare = fit(subject, (), None, cause)
         tried.append(Tried(cause, fitted, white_loss(bare, problem.law), bare, 1.0, 0.0))
-    return surer(subject, *tried, problem.law, sign_patterns(problem.blocks, 0), Rules())
+    first, second = tried
+    signs = sign_patterns(problem.blocks, 0)
+    return surer(subject, first, second, problem.law, signs, Rules())
 
 
 def _members(signature: Signature) -> set[str]:

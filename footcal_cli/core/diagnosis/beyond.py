@@ -38,9 +38,9 @@ from footcal_cli.core.parameters import FloatArray
 
 Pairs: TypeAlias = Sequence[tuple[int, int]]
 _NEARLY = 0.25
-"""Of 15 causes hidden in pairs, table's and foreign ones, 14 agree within 0.11 (a Preisach loop next
-to creep: 0.68); what a soft bypass leaves to a hinge asks for 1.6 times its size. What a Bouc-Wen
-loop leaves to a curve agrees within 0.11 too: of two causes too much is a third."""
+"""Of 15 causes hidden in pairs, table's and foreign ones, 14 agree within 0.11 (a Preisach loop
+next to creep: 0.68); what a soft bypass leaves to a hinge asks for 1.6 times its size. What a
+Bouc-Wen loop leaves to a curve agrees within 0.11 too: of two causes too much is a third."""
 
 
 @dataclass(frozen=True)

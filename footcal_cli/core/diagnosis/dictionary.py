@@ -45,7 +45,7 @@ kind leaves more in 55 of 60 cases, and in none less than half as much."""
 BELIEFS = having(Trait.BELIEF)
 """Numbers that are believed wrong: they have no form."""
 _OF_THE_SUM = having(Trait.OF_THE_SUM)
-_OF_THE_MATRIX = ("cross_coupling", "scale_matrix")
+_OF_THE_MATRIX = sorted(having(Trait.LINEAR) & having(Trait.ZERO_TOO) - having(Trait.SWITCH))
 
 
 def kinds_named(cause: Cause) -> frozenset[str]:
@@ -88,7 +88,9 @@ def kinds_at(
     places = [p for i, p in enumerate(places) if p not in places[:i]]
     members = [unit for c in causes for _, own in c.signature.owners for unit in own]
     asked = [(kind_of(name), name, places) for name in sorted(MEMORIES | SMOOTH)]
-    asked += [(_MATRIX, name, _each(units_of(Scope.LEG, members))) for name in _OF_THE_MATRIX]
+    asked += [
+        (_MATRIX, name, _each(units_of(Scope.LEG, members))) for name in sorted(_OF_THE_MATRIX)
+    ]
     for name in sorted(_OF_THE_SUM & having(*Trait, experiment=subject.case.experiment.name)):
         asked.append((SUMMED, name, _each(units_of(TABLE[name].scope, channels))))
     found = {_MIXED: mixtures_of(ideal, subject.problem)} if _MIXED in kinds else {}

@@ -22,7 +22,7 @@ from footcal_cli.core.inference.whitening import Noise
 from footcal_cli.core.parameters import FloatArray
 
 _COMPARED = ({TABLE[name].remedy for name in MEMORIES}, {CURVED, SUMMED})
-"""Kinds that are told apart so, any two of one group: what cells remember, what loads bend."""
+"""Kinds that are distinguished so, any two of one group: what cells remember, what loads bend."""
 
 
 def surer(
