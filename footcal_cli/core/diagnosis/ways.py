@@ -85,7 +85,7 @@ def _removed_by_names(subject: Subject, path: Path) -> float:
     A set of rivals in one model would be several causes, and no measure of a pair.
     """
     if path.model is None:
-        return 0.0
+        return path.removed
     alone = without_rivals(path.current, path.model)
     before, after = losses(subject.problem, [alone], path.current.law)
     return before - after
