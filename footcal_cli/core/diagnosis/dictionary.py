@@ -71,7 +71,7 @@ def kind_of(effect: str) -> str:
 def rival_kinds(subject: Subject) -> frozenset[str]:
     """Kinds that a name is held against: where placed loads are known, mixtures and sums too.
 
-    Of a transducer any matrix, which turns of a leg tell from what time does.
+    Of a transducer any matrix, which turns of a leg distinguish from what time does.
     """
     if subject.case.experiment.name == "hang":
         return frozenset({_MATRIX})
@@ -88,9 +88,8 @@ def kinds_at(
     places = [p for i, p in enumerate(places) if p not in places[:i]]
     members = [unit for c in causes for _, own in c.signature.owners for unit in own]
     asked = [(kind_of(name), name, places) for name in sorted(MEMORIES | SMOOTH)]
-    asked += [
-        (_MATRIX, name, _each(units_of(Scope.LEG, members))) for name in sorted(_OF_THE_MATRIX)
-    ]
+    legs = _each(units_of(Scope.LEG, members))
+    asked += [(_MATRIX, name, legs) for name in _OF_THE_MATRIX]
     for name in sorted(_OF_THE_SUM & having(*Trait, experiment=subject.case.experiment.name)):
         asked.append((SUMMED, name, _each(units_of(TABLE[name].scope, channels))))
     found = {_MIXED: mixtures_of(ideal, subject.problem)} if _MIXED in kinds else {}

@@ -69,7 +69,7 @@ def another_way(
         ):
             return again, verdict, share  # what they leave is a form of one of them
     most, left = _removed_by_names(subject, path), list[Path]()
-    for both in _pairs_of(subject, path, rules, seed):
+    for both in _pairs_of(subject, path, most, rules, seed):
         grew = as_one_mixture(subject, grown(subject, both, rules, seed), seed)
         verdict, share = judged(subject, at_its_size(subject, grew), rules, seed)
         if verdict in CLEAR and share >= rules.share_pair and grew.removed >= most:
@@ -91,11 +91,13 @@ def _removed_by_names(subject: Subject, path: Path) -> float:
     return before - after
 
 
-def _pairs_of(subject: Subject, path: Path, rules: Rules, seed: int) -> Iterator[Path]:
-    """Paths that begin with the likeliest pairs: with the first of each, then as proposed."""
+def _pairs_of(subject: Subject, path: Path, most: float, rules: Rules, seed: int) -> Iterator[Path]:
+    """Paths that begin with the likeliest pairs: with the first of each, then as proposed.
+
+    The latter only if they remove as much as any before them, and as `most`.
+    """
     lib = path.rounds[0].library
     pairs, seen = likely_pairs(lib, rules), set[frozenset[tuple[str, str]]]()
-    most = _removed_by_names(subject, path)
     for first in dict.fromkeys(pair[0] for pair in pairs):
         both = together(subject, path, first, seed)
         if both is not None:
