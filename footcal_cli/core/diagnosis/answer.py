@@ -108,11 +108,10 @@ class Cause:
     def begun_by(self) -> frozenset[str]:
         """Effects from which the search comes to this one: itself, its rivals, and look-alikes.
 
-        A look-alike that the linear search prefers, and a full refit surely puts behind, begins the
-        same comparison: beside a clock that runs fast a delay is nearer to linear.
+        A look-alike that the linear search prefers, and a full refit refuses, begins the same
+        comparison: beside a clock that runs fast a delay is nearer to linear.
         """
-        lost = {name for name, other in self.compared.items() if other.excess.low > 0.0}
-        return frozenset({s.effect for s in (self.signature, *self.rivals)} | lost)
+        return frozenset({s.effect for s in (self.signature, *self.rivals)} | set(self.compared))
 
 
 @dataclass(frozen=True)

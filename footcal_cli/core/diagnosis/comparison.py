@@ -22,7 +22,6 @@ from footcal_cli.core.diagnosis.rivals import (
     level_of,
     likelier,
     odds_of,
-    of_turns,
     of_two_classes,
     outdone,
     partners_of,
@@ -46,7 +45,6 @@ from footcal_cli.core.inference.evidence import (
 )
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.shapes import shapes_of
 from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import FloatArray
@@ -82,7 +80,7 @@ def decided(
     failed
         Effects that did not stand their refit: no contenders.
     """
-    first, rules = answer.causes[0], _stricter(answer.rules, subject.problem.settings)
+    first, rules = answer.causes[0], _stricter(answer.rules, subject.problem)
     signs = sign_patterns(subject.problem.blocks, seed)
     field, tried, best = field_of(subject, causes, model, answer, signs, rules, failed)
     family, noise = field.family, field.noise
@@ -106,7 +104,7 @@ def decided(
             return True
         if subject.problem.pieces and likelier(loss, other.loss, noise, rules.alpha_name):
             return True
-        if of_turns(subject.problem.settings):
+        if subject.problem.turned:
             return adds_more(subject, best, other, family, noise, signs, rules)
         # signs of a few sessions of one cell reach no level
         apart = effective_blocks(abs(other.loss - loss)[:, None])
@@ -198,11 +196,9 @@ def _gains_of_all(effect: Effect, cause: Cause) -> bool:
     return shared and Trait.AXIS_GAIN in effect.traits and Trait.SWITCH not in effect.traits
 
 
-def _stricter(rules: Rules, settings: Settings | None) -> Rules:
+def _stricter(rules: Rules, problem: Problem) -> Rules:
     """Rules for rivals: where a few hangings tell them apart, however many turns each has."""
-    if not of_turns(settings):
-        return rules
-    return replace(rules, alpha_rival=rules.alpha_beside)
+    return replace(rules, alpha_rival=rules.alpha_beside) if problem.turned else rules
 
 
 def never_distinguished(chosen: str, alike: Mapping[str, float], same: float) -> set[str]:

@@ -11,18 +11,22 @@ import numpy as np
 from footcal_cli.core.diagnosis.aliases import aliases
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis
 from footcal_cli.core.diagnosis.change_points import at_its_change_point, has_change_point
+from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.zeros import known_zeros, with_their_zeros
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.signatures import SWITCHES
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 
 Contender: TypeAlias = tuple[Cause, Refit, Problem]
 """A cause, its refit beside all others, and the problem that it leaves."""
+_RCOND = 1e-9
 KNEES = having(Trait.KNEE)
 """One curve but for a gain, where the knee is the same and loads are of one sign. No real knee is
 sharp, so that which of them fits a soft one a little better says nothing."""
@@ -75,8 +79,11 @@ def _contenders(
     found = {first.signature.effect: (first.signature, first.size)}
     mimics = table[first.signature.effect].mimics
     order = np.argsort(-gain, kind="stable")
+    place = places_of(lib, table, evidence.best)
     for c in order:
         signature = signatures[lib.index(int(evidence.best[c]))]
+        if place.get(signature.effect, signature.where) != signature.where:
+            continue
         if len(found) == rules.most_contenders:
             break
         # off its moment a change predicts little of other blocks, however sure it is
@@ -97,6 +104,26 @@ def _contenders(
         if places and possible and signature.effect in KNEES and signature.where in places:
             found.setdefault(signature.effect, (signature, evidence.interval(c)))
     return list(found.values())
+
+
+def places_of(lib: Library, table: Mapping[str, Effect], best: IntArray) -> dict[str, str]:
+    """Where all sizes of an effect together explain most, of each effect with several.
+
+    With scores s and their products P, calibration projected off, they explain ``s' P⁻¹ s``; one
+    axis alone may do more next to where both belong.
+    """
+    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates)
+    score = found.score.sum(axis=0)
+    sizes: dict[tuple[str, str], list[int]] = {}
+    for (effect, _, where), column in zip(lib.causes, best, strict=True):
+        if len(table[effect].sizes) > 1:
+            sizes.setdefault((effect, where), []).append(lib.index(int(column)))
+    explained = {
+        at: float(score[own] @ scaled_inverse(lib.products[np.ix_(own, own)], _RCOND) @ score[own])
+        for at, own in sizes.items()
+    }
+    ranked = sorted(explained, key=lambda at: explained[at])
+    return dict(ranked)
 
 
 def with_zeros(

@@ -73,7 +73,7 @@ def rival_kinds(subject: Subject) -> frozenset[str]:
 
     Of a transducer any matrix, which turns of a leg distinguish from what time does.
     """
-    if subject.case.experiment.name == "hang":
+    if subject.problem.turned:
         return frozenset({_MATRIX})
     placed = subject.case.experiment.name == "placements"
     return COMPLETE if placed else COMPLETE - {_MIXED, SUMMED}

@@ -32,6 +32,7 @@ from footcal_cli.core.diagnosis.ways import (
     matters_of,
     nameless_beside,
     second_cause,
+    two_of_a_set,
     without_first,
 )
 from footcal_cli.core.effects.contract import Effect, GridOf
@@ -289,6 +290,8 @@ def _answers_of(
     if unsure and not large and not matters(beside=False):
         yield path, Verdict.NONE, share
         return
+    if verdict is Verdict.AMBIGUOUS and (two := two_of_a_set(subject, path, strict, seed)):
+        yield two
     if verdict is not Verdict.UNKNOWN:
         yield path, verdict, share
         if path.shorter is not None:  # its last cause may be found with all blocks only

@@ -57,16 +57,11 @@ def of_another_kind(subject: Subject, path: Path, rules: Rules, seed: int) -> bo
     """
     loaded = "load" in subject.problem.regressors
     known = loaded and not is_six_axis(channels_of(subject.case.logs))
-    if path.model is None or not (known or _of_turns(subject)):
+    if path.model is None or not (known or subject.problem.turned):
         return False
     if len(path.causes) > 1 and _in_place_of_all(subject, path, path.model, rules, seed):
         return True
     return any(_outdoes(subject, path, path.model, cause, rules, seed) for cause in path.causes)
-
-
-def _of_turns(subject: Subject) -> bool:
-    """Whether legs hang and are turned: a matrix shows in turns, whatever changes in time."""
-    return subject.case.experiment.name == "hang"
 
 
 def _in_place_of_all(subject: Subject, path: Path, model: Refit, rules: Rules, seed: int) -> bool:
@@ -93,7 +88,7 @@ def _outdoes(
     table = subject.table
     timed = any(Trait.TIMED in table[e].traits or "temperature_degc" in table[e].needs
                 for e in effects)  # fmt: skip
-    in_time = timed and _of_turns(subject)
+    in_time = timed and subject.problem.turned
     kinds = kinds_at(subject, model.ideal, [cause], rival_kinds(subject))
     noise, signs = path.current.law, sign_patterns(subject.problem.blocks, seed)
     named = subject.bare(model, path.causes)

@@ -20,11 +20,11 @@ from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.growth import grown_beyond_form, grown_by_one
 from footcal_cli.core.diagnosis.jumps import Jump, once_beside
 from footcal_cli.core.diagnosis.material import repeating
-from footcal_cli.core.diagnosis.mixtures import LINEAR
+from footcal_cli.core.diagnosis.mixtures import LINEAR, against_mixtures, mixtures_of
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.search import beside
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.evidence import Interval, sign_patterns
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem, Signature
@@ -185,6 +185,11 @@ def as_one_mixture(subject: Subject, path: Path, seed: int) -> Path:
     both = [c for c in path.causes if {s.effect for s in (c.signature, *c.rivals)} <= LINEAR]
     if len(both) != 2 or len(path.causes) != 2 or len(set(path.effects)) != 2:
         return path
+    if path.pair and path.model is not None:
+        mixtures = mixtures_of(path.model.ideal, subject.problem)
+        left = against_mixtures(path.current, mixtures, sign_patterns(path.current.blocks, seed))
+        if left.left.p >= path.rounds[0].rules.alpha_form:
+            return path  # they leave nothing to any other mixture
     alone = [refitted_with(subject, [cause], None) for cause in both]
     at = int(np.argmin([float(model.residual @ model.residual) for model in alone]))
     rivals = (*both[at].rivals, both[1 - at].signature, *both[1 - at].rivals)

@@ -29,7 +29,6 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.whitening import Noise, has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
@@ -209,11 +208,6 @@ def outdone(
     return p < level_of(best.cause, other.cause, rules) and best.misfit < rules.misfit_share * added
 
 
-def of_turns(settings: Settings | None) -> bool:
-    """Whether blocks are turns of legs that hang, a few of which know of one leg."""
-    return settings is not None and settings.part is not None
-
-
 def adds_more(
     subject: Subject,
     best: Tried,
@@ -267,7 +261,7 @@ def adding_p(
     if found.inside[0]:
         return 1.0, 0.0
     p = float(sign_flip_max_t(found.score[:, :1], signs).p[0])
-    if of_turns(bare.settings):
+    if bare.turned:
         # white between turns and hangings: how far they scatter all legs tell together
         legs = 1 + alike.shape[1]
         p = float(local_max_t(found.score[:, :legs], found.information[:, :legs], 1.0)[1][0])

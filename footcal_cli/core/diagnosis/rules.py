@@ -68,7 +68,8 @@ class Rules:
         (POSTERIOR.md, form error). Beside what was only written down wrong, which has no form,
         `later_share`; `pair_share` where no form of the first does it (diagnosis/beyond.py).
     later_share
-        Curves without a name that remove more beside the
+        Share of what all causes remove below which the first one is needed no longer beside later
+        ones. Curves without a name that remove more beside the
         named causes (p < `alpha_form`) make them unknown, as do sizes of single cells held at zero
         that would remove more with a sign that their cause cannot have; linear mixtures beside
         linear names if those explain less than `share_form`, and so do other curves of an axis
@@ -76,8 +77,9 @@ class Rules:
     pair_share, share_pair, most_pairs
         The same as `later_share` of two causes looked for together, where one at a time ended
         unknown: so little is believed only where nothing is left beside both, and they explain at
-        least `share_pair` of what can be explained. So many pairs are tried. `pair_share` also of
-        a later cause that acts on other sensors than those before it, whose form it cannot be.
+        least `share_partly` of what can be explained, with rivals `share_pair`: a second cause must
+        not mend the form of a set. So many pairs are tried. `pair_share` also of a later cause that
+        acts on other sensors than those before it, whose form it cannot be.
     most_effects
         Effects accepted at most.
     most_tries

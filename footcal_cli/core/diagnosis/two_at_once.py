@@ -69,7 +69,7 @@ def as_proposed(
 
     The shapes of candidates are few, and one cause alone takes on what the other one does: beside
     it the nearest shape of the other one may explain less than a third effect, until both are
-    refitted. What a path with them has to remove is asked as of any other (`Rules.share_pair`).
+    refitted. What a path with them has to remove is asked as of any other (`Rules.share_partly`).
 
     Parameters
     ----------

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.answer import Cause, Verdict
 from footcal_cli.core.diagnosis.beyond import are_distinct
 from footcal_cli.core.diagnosis.engine import left_apart, leftover
 from footcal_cli.core.diagnosis.gain import losses, without_rivals
 from footcal_cli.core.diagnosis.material import Nameless, line_over_smallest, nameless_of
+from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.pairs import in_same_cells, likely_pairs
 from footcal_cli.core.diagnosis.path import Path, as_one_mixture, beginning, grown
 from footcal_cli.core.diagnosis.rules import Rules
@@ -62,21 +63,37 @@ def another_way(
     again = found_both_ways(subject, path, seed)
     if again is not None:
         verdict, share = judged(subject, at_its_size(subject, again), rules, seed)
-        if verdict in CLEAR and share >= rules.share_pair:
+        if _explains_all(subject, again, verdict, share, rules, seed):
             return again, verdict, share
-        if verdict in NAMING and are_distinct(
-            subject, again.model, again.causes, [(0, 1)], rules, seed
-        ):
-            return again, verdict, share  # what they leave is a form of one of them
     most, left = _removed_by_names(subject, path), list[Path]()
     for both in _pairs_of(subject, path, most, rules, seed):
         grew = as_one_mixture(subject, grown(subject, both, rules, seed), seed)
         verdict, share = judged(subject, at_its_size(subject, grew), rules, seed)
-        if verdict in CLEAR and share >= rules.share_pair and grew.removed >= most:
+        all_of_it = grew.removed >= most and _explains_all(
+            subject, grew, verdict, share, rules, seed
+        )
+        if all_of_it:
             return replace(grew, instead=tuple(left)), verdict, share
         most = max(most, grew.removed)
         left.append(grew)
     return None
+
+
+def _explains_all(
+    subject: Subject, path: Path, verdict: Verdict, share: float, rules: Rules, seed: int
+) -> bool:
+    """Whether two causes leave nothing, or nothing but what may be the form of one of them.
+
+    The latter where neither is the form of the other one.
+    """
+    least = rules.share_partly if verdict is Verdict.NAMED else rules.share_pair
+    if verdict in CLEAR and share >= least:
+        return True
+    return (
+        verdict in NAMING
+        and len(path.causes) == 2
+        and are_distinct(subject, path.model, path.causes, [(0, 1)], rules, seed)
+    )
 
 
 def _removed_by_names(subject: Subject, path: Path) -> float:
@@ -145,3 +162,33 @@ def second_cause(
     both = found[0]
     same = in_same_cells(subject.table, both.causes)
     return found if are_distinct(subject, both.model, both.causes, same, rules, seed) else None
+
+
+def two_of_a_set(
+    subject: Subject, path: Path, rules: Rules, seed: int
+) -> tuple[Path, Verdict, float] | None:
+    """`another_way` to the only answer, a set of rivals: two of them as two causes.
+
+    Where each of the rivals surely leaves something on its own, and neither of the two is the form
+    of the other one; of two mixtures, where they leave nothing to any other.
+    """
+    if len(path.causes) != 1 or not _each_leaves(path.causes[0], rules):
+        return None
+    found = another_way(subject, path, rules, seed)
+    cause = path.causes[0]
+    rivals = {s.effect for s in (cause.signature, *cause.rivals)}
+    if found is None or len(found[0].causes) != 2 or not rivals.issuperset(found[0].effects):
+        return None
+    both = found[0]
+    mixed = LINEAR.issuperset(both.effects)
+    distinct = mixed or are_distinct(subject, both.model, both.causes, [(0, 1)], rules, seed)
+    return found if distinct else None
+
+
+def _each_leaves(cause: Cause, rules: Rules) -> bool:
+    """Whether a cause and each of its rivals, all refitted alone, surely leave something."""
+    refitted = [cause.compared.get(rival.effect) for rival in cause.rivals]
+    return bool(refitted) and all(
+        other is not None and max(other.left, other.left_by_named) < rules.alpha_left
+        for other in refitted
+    )

@@ -267,6 +267,11 @@ class Problem:
         """Number of blocks."""
         return int(self.block.max()) + 1 if self.block.size else 0
 
+    @property
+    def turned(self) -> bool:
+        """Whether its blocks are turns of legs that hang, of which few know of each leg."""
+        return self.settings is not None and self.settings.part is not None
+
     def without(self, *effects: str) -> Problem:
         """The same problem with some effects taken out of the library."""
         return self._keeping([s.effect not in effects for s in self.signatures])

@@ -33,7 +33,7 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     nothing = problem.calibration[:, :0]
     if problem.tracking is not None:
         return nothing
-    if problem.settings is not None and problem.settings.part is not None:
+    if problem.turned:
         return nothing
     turn = _directions(problem, whitener)
     few = problem.residual.size <= _LEAST_ROWS * turn.shape[1] * problem.blocks
