@@ -136,8 +136,7 @@ def _in_some_blocks(lib: Library, informative: FloatArray, rules: Rules) -> Bool
     So few signs cannot reach the level of a family; block scores are sums over many rows, and
     Student's t on them can, with a scatter that all cells know.
     """
-    settings = lib.problem.settings
-    if settings is not None and settings.part is not None:
+    if lib.problem.turned:
         return np.asarray(informative >= rules.fewest_sessions)
     # sessions of one cell never tell exactly alike: three of them count as 2.99
     whole = np.round(informative)
