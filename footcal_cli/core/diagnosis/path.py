@@ -181,6 +181,7 @@ def as_one_mixture(subject: Subject, path: Path, seed: int) -> Path:
 
     Together they copy further mixtures, as a shift of each cell of its own, that no single pattern
     does: the data then say that it is a mixture, and neither that it is these two nor which one.
+    Two that were looked for together and leave nothing to any other mixture stay two causes.
     """
     both = [c for c in path.causes if {s.effect for s in (c.signature, *c.rivals)} <= LINEAR]
     if len(both) != 2 or len(path.causes) != 2 or len(set(path.effects)) != 2:
@@ -189,7 +190,7 @@ def as_one_mixture(subject: Subject, path: Path, seed: int) -> Path:
         mixtures = mixtures_of(path.model.ideal, subject.problem)
         left = against_mixtures(path.current, mixtures, sign_patterns(path.current.blocks, seed))
         if left.left.p >= path.rounds[0].rules.alpha_form:
-            return path  # they leave nothing to any other mixture
+            return path
     alone = [refitted_with(subject, [cause], None) for cause in both]
     at = int(np.argmin([float(model.residual @ model.residual) for model in alone]))
     rivals = (*both[at].rivals, both[1 - at].signature, *both[1 - at].rivals)

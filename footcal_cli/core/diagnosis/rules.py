@@ -69,9 +69,9 @@ class Rules:
         `later_share`; `pair_share` where no form of the first does it (diagnosis/beyond.py).
     later_share
         Share of what all causes remove below which the first one is needed no longer beside later
-        ones. Curves without a name that remove more beside the
-        named causes (p < `alpha_form`) make them unknown, as do sizes of single cells held at zero
-        that would remove more with a sign that their cause cannot have; linear mixtures beside
+        ones. Curves without a name that remove more beside the named causes (p < `alpha_form`) make
+        them unknown, as do sizes of single cells held at zero that would remove more with a sign
+        that their cause cannot have; linear mixtures beside
         linear names if those explain less than `share_form`, and so do other curves of an axis
         beside its named one.
     pair_share, share_pair, most_pairs

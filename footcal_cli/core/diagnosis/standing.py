@@ -113,11 +113,7 @@ def standing(
     alike = nested.alike(begun, path.dropped)
     if count == 1 and path.model is not None and not alike.all():
         others = frozenset().union(*nested.chosen) - begun[0]
-        behind = _behind(subject, path, path.model, others, nested.fold)
-        alike = np.zeros(problem.blocks, dtype=bool)
-        for f in range(len(nested.chosen)):
-            mine = begun[0] | {effect for effect, where in behind.items() if where[f]}
-            alike |= (nested.fold == f) & nested.alike([mine])
+        alike = nested.alike([begun[0] | _behind(subject, path, path.model, others)])
     if count > 1 and not alike.all():
         # what one cause leaves shows the next one only once the first is fitted
         gone = _ruled_out_later(path)
@@ -201,27 +197,19 @@ def happened(subject: Subject, path: Path, verdict: Verdict) -> Standing:
     return Standing(path, verdict, 1.0, gains, stable=1.0, p=path.causes[0].p)
 
 
-def _behind(
-    subject: Subject, path: Path, model: Refit, effects: Iterable[str], fold: IntArray
-) -> dict[str, BoolArray]:
-    """Effects that predict left-out blocks worse in the place of the only cause, by fold, (folds,).
-
-    Without a fold a look-alike that it was compared with begins the same comparison, on what the
-    other blocks lose; any other effect must surely be worse.
-    """
+def _behind(subject: Subject, path: Path, model: Refit, effects: Iterable[str]) -> frozenset[str]:
+    """Effects that surely predict left-out blocks worse in the place of the only cause."""
 
     def loss(bare: Problem, fitted: Refit) -> FloatArray:
         return white_loss(subject.without_credit(bare, fitted), path.current.law)
 
     mine = loss(subject.bare(model, [replace(path.causes[0], rivals=(), places=())]), model)
-    found = {}
+    found = set()
     for effect in sorted(effects):
         _, fitted, bare = fit(subject, (), None, _best_of(path, effect))
-        other = loss(bare, fitted)
-        left = float(np.sum(other - mine)) - np.bincount(fold, other - mine)
-        surely = excess_of(other, mine).low > 0.0
-        found[effect] = (left > 0.0) & (effect in path.causes[0].compared) | surely
-    return found
+        if excess_of(loss(bare, fitted), mine).low > 0.0:
+            found.add(effect)
+    return frozenset(found)
 
 
 def _best_of(path: Path, effect: str) -> Cause:
