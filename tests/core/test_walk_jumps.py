@@ -63,12 +63,11 @@ def test_a_jump_is_named_with_its_cell_its_moment_and_an_interval_that_holds(
     assert low < np.sqrt(np.mean(np.square(errors))) < high
 
 
-def test_what_settles_after_a_jump_is_its_form_and_another_jump_is_not() -> None:
+def test_what_settles_after_a_jump_is_small_beside_it_and_another_jump_is_not() -> None:
     jump = Jump(1e-20, after_s=27.0, before_s=28.0, size=20.0)
-    settling = Jump(1e-4, after_s=28.0, before_s=29.0, size=4.0)
-    assert settling.is_form_of(jump, 0.25)
-    assert not replace(settling, size=6.0).is_form_of(jump, 0.25)
-    assert not replace(settling, after_s=30.0, before_s=31.0).is_form_of(jump, 0.25)
+    settling = Jump(1e-4, after_s=31.0, before_s=32.0, size=4.0)
+    assert settling.is_small_beside(jump, 0.25)
+    assert not replace(settling, size=6.0).is_small_beside(jump, 0.25)
 
 
 @pytest.mark.slow

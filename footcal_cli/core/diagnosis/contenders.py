@@ -20,7 +20,6 @@ from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.scores import scores
 from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -112,8 +111,7 @@ def places_of(lib: Library, table: Mapping[str, Effect], best: IntArray) -> dict
     With scores s and their products P, calibration projected off, they explain ``s' P⁻¹ s``; one
     axis alone may do more next to where both belong.
     """
-    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates)
-    score = found.score.sum(axis=0)
+    score = lib.alone.score.sum(axis=0)
     sizes: dict[tuple[str, str], list[int]] = {}
     for (effect, _, where), column in zip(lib.causes, best, strict=True):
         if len(table[effect].sizes) > 1:

@@ -68,17 +68,16 @@ class Jump:
     share: float = 0.0
     matters: bool = True
 
-    def is_form_of(self, other: Jump, share: float) -> bool:
-        """Whether it lies where the other one does, and is at most a share of it.
+    def is_small_beside(self, other: Jump, share: float) -> bool:
+        """Whether it is at most a share of the other one.
 
-        A mount that settles after a tug leaves a small jump beside the step that is named for it.
+        A mount that settles after a tug leaves small jumps beside and after the step named for it.
         """
-        near = self.after_s <= other.before_s and self.before_s >= other.after_s
         mine, whole = self.size, other.size
         if self.unit == other.unit and other.usual > 0.0:
             # what a named jump hid in its own channel's usual steps is gone
             mine, whole = mine * self.usual, whole * other.usual
-        return near and mine <= share * whole
+        return mine <= share * whole
 
 
 def jump_beside(problem: Problem, fitted: FloatArray) -> Jump:

@@ -10,7 +10,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.grams import Grams
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.inference.scores import scores, visible_products
+from footcal_cli.core.inference.scores import Scores, scores, visible_products
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 
@@ -54,6 +54,11 @@ class Library:
         """Inner products of what calibration leaves of the candidates, shape (k, k)."""
         grams = self.grams
         return visible_products(grams.inner, grams.calibration, grams.candidates)[1]
+
+    @cached_property
+    def alone(self) -> Scores:
+        """Scores of all candidates, each beside the calibration alone."""
+        return scores(self.grams.inner, self.grams.calibration, self.grams.candidates)
 
     def index(self, column: int) -> int:
         """Number of a Gram column among the candidates."""

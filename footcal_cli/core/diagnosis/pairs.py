@@ -16,7 +16,6 @@ from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects.contract import Effect, Stage, Trait
-from footcal_cli.core.inference.scores import scores
 
 _SPREAD = 3.0  # sd of its own by which a size may lie beyond its bounds
 
@@ -33,7 +32,7 @@ def likely_pairs(lib: Library, rules: Rules) -> list[tuple[int, int]]:
     -------
     Numbers of candidates, the one that explains more on its own first.
     """
-    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates)
+    found = lib.alone
     power = np.diag(lib.products)
     shown = np.flatnonzero(lib.testable & (power > 0) & (found.inside == 0))
     if shown.size < 2:

@@ -243,11 +243,11 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
     ended = continued(subject, begun, model, seed)
     left = once_beside(ended.current, ended.current.fitted)
-    form = left.is_form_of(jump, rules.second_share)
+    small = left.is_small_beside(jump, rules.second_share)
     if not problem.drifts and max(ended.share, jump.share) < rules.share_partly:
         return None  # of a zero that drifts a step is a part; of one that jumps it is all
     quiet = left.p >= rules.alpha_unknown * LEVEL_SHARE["spell"] or not left.matters
-    return ended if form or quiet else None
+    return ended if small or quiet else None
 
 
 def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tuple[Interval, ...]:

@@ -17,7 +17,6 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import is_sure
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.scores import scores
 
 
 def found_both_ways(subject: Subject, path: Path, seed: int) -> Path | None:
@@ -157,5 +156,4 @@ def _best_fit(subject: Subject, causes: Sequence[Cause], models: tuple[Refit, Re
 
 def _cause(lib: Library, number: int) -> Cause:
     """A candidate as large as its score says, before any test."""
-    found = scores(lib.grams.inner, lib.grams.calibration, lib.grams.candidates[[number]])
-    return untested(lib.problem.signatures[number], 1.0, float(found.size[0]))
+    return untested(lib.problem.signatures[number], 1.0, float(lib.alone.size[number]))
