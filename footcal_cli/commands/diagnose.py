@@ -181,6 +181,8 @@ def _investigated(
             read.case, read.testable(table), describe, rules, session.request.seed,
             stopped=bool(stopping(read.findings)), advance=advance,
         )  # fmt: skip
+        if found.odd is not None:
+            read.findings.append(found.odd.finding)
         gains = read.like_a_gain(table)
         again = with_known_gain(found, gains, describe, rules, session.request.seed, advance)
     if again is found:

@@ -27,20 +27,22 @@ HIDDEN = {
 }
 
 
-def write_wrist(path: Path, hidden: str) -> None:
+def write_wrist(
+    path: Path, hidden: str, holds: int = HOLDS, rows: int = ROWS, sd: float = 0.03
+) -> None:
     """Random attitudes of a sensor mounted 1° askew on an arm whose base leans by 1°."""
     rng = np.random.default_rng([5, len(hidden)])
     mount, base = Rotation.from_rotvec([0.012, -0.01, 0.02]), np.array([0.015, 0.01, -1.0])
     frames = []
-    for k, turn in enumerate(Rotation.random(HOLDS, random_state=rng)):
+    for k, turn in enumerate(Rotation.random(holds, random_state=rng)):
         force = mount.inv().apply(turn.inv().apply(WEIGHT_N * base / np.linalg.norm(base)))
-        time_s = (k * ROWS + np.arange(ROWS)) * STEP_S
-        wrench = np.tile(np.concatenate([force, np.cross(COM_M, force)]), (ROWS, 1))
+        time_s = (k * rows + np.arange(rows)) * STEP_S
+        wrench = np.tile(np.concatenate([force, np.cross(COM_M, force)]), (rows, 1))
         wrench[:, 0] *= 1.02 if hidden == "gain" else 1.0
         wrench[:, 1] += 1.5 * (hidden == "jump" and k >= JUMP_AT)
         wrench[:, 2] += (hidden == "drift") * HIDDEN["drift"][2] * time_s
-        wrench += OFFSET + rng.normal(0.0, 0.03, (ROWS, 6)) * [1, 1, 1, 0.05, 0.05, 0.05]
-        row = np.column_stack([time_s, np.tile(turn.as_quat(), (ROWS, 1)), wrench])
+        wrench += OFFSET + rng.normal(0.0, sd, (rows, 6)) * [1, 1, 1, 0.05, 0.05, 0.05]
+        row = np.column_stack([time_s, np.tile(turn.as_quat(), (rows, 1)), wrench])
         frames.append(row)
     names = ["time_s", *(f"body_q{a}" for a in "xyzw"), "fx_n", "fy_n", "fz_n"]
     table = pd.DataFrame(np.vstack(frames), columns=[*names, "tx_nm", "ty_nm", "tz_nm"])
@@ -67,3 +69,19 @@ def test_what_is_wrong_with_a_wrist_sensor_is_named(tmp_path: Path, run: Run, hi
     assert cause.sd is not None
     assert abs(cause.size - size) < 4.0 * cause.sd
     assert cause.sd < 0.05 * size
+
+
+@pytest.mark.parametrize("hidden", ["gain", ""])
+def test_one_row_per_attitude_is_enough(tmp_path: Path, run: Run, hidden: str) -> None:
+    """Means over seconds: a row does not tell its own zero from its load, and need not."""
+    write_wrist(tmp_path / "wrist.csv", hidden, holds=40, rows=1, sd=0.01)
+    (tmp_path / "wrist.toml").write_text(RECIPE)
+    out = tmp_path / "out"
+    done = run(
+        "diagnose", str(tmp_path / "wrist.csv"), "--experiment", "hang",
+        "--recipe", str(tmp_path / "wrist.toml"), "--out", str(out),
+    )  # fmt: skip
+    assert done.exit_code == 0, done.err
+    record = read_record(DiagnosisRecord, out / "diagnosis.json")
+    named = [(c.effect, c.parameter) for c in record.causes]
+    assert named == ([HIDDEN[hidden][:2]] if hidden else []), record.sentence

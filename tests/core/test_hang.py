@@ -11,8 +11,9 @@ from footcal_cli.core.hang.effect import HangResidual
 from footcal_cli.core.hang.intake import hang_log
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.model import HangModel
-from footcal_cli.core.hang.runs import hang_runs
+from footcal_cli.core.hang.runs import blocked, hang_runs
 from footcal_cli.core.inference.fit import numeric_jacobian
+from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, Status
 from footcal_cli.errors import DataError
 from tests.core.six_axis_data import (
@@ -334,3 +335,36 @@ def test_an_axis_that_shows_nothing_ends_in_a_fit() -> None:
     logs = hang(np.random.default_rng(9)).logs
     dead = [log.with_readings(log.readings * off) for log in logs]
     assert np.isfinite(fit_hang(dead).estimates.values).all()
+
+
+@pytest.mark.parametrize(
+    ("travel", "blocks"),
+    [
+        ("ten turns", 4 * 10),  # whole turns
+        ("one turn", 4 * 4),  # too few to name anything: quarters
+        ("to and fro", 4 * 4),
+        ("still", 4),
+    ],
+)
+def test_legs_that_turn_little_are_cut_into_quarters_of_a_turn(travel: str, blocks: int) -> None:
+    share = np.linspace(0.0, 1.0, 400)
+    moved = {
+        "ten turns": 20.01 * np.pi * share,
+        "one turn": 2.01 * np.pi * share,
+        "to and fro": 0.51 * np.pi * np.sin(2.0 * np.pi * share),
+        "still": np.zeros(400),
+    }[travel]
+    phase = np.angle(np.exp(1j * (moved + np.random.default_rng(1).normal(0.0, 1e-3, 400))))
+    names = tuple(f"fl.{axis}" for axis in AXES)
+    rows = np.zeros(400, dtype=np.int64)
+    legs: dict[str, list[Log]] = {"fl": []}
+    for i, down in enumerate(np.vstack([np.eye(3)[[0, 2]], -np.eye(3)[[0, 2]]])):
+        known = {
+            "phase_rad": phase, "gravity_dir": np.tile(down, (400, 1)),
+            "leg_weight_n": np.zeros(400),
+        }  # fmt: skip
+        time_s = 60.0 * i + 30.0 * share
+        legs["fl"].append(Log("hang", names, time_s, np.zeros((400, 6)), known, rows))
+    (log,), in_order = blocked(legs)
+    assert in_order
+    assert np.unique(log.block).size == blocks

@@ -87,7 +87,7 @@ def at_an_end(subject: Subject, causes: Sequence[Cause], model: Refit | None) ->
         for owner, _ in cause.signature.owners:
             value = model.values[f"{owner}.{size.name}"]
             shape = {p.name: model.values[f"{owner}.{p.name}"] for p in effect.shapes}
-            most = effect.largest(size, shape)
-            if effect.name not in SWITCHES and not size.lower < value < most:
+            least, most = effect.least(size, shape), effect.largest(size, shape)
+            if effect.name not in SWITCHES and not least < value < most:
                 return True
     return False

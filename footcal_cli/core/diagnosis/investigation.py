@@ -13,6 +13,7 @@ from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.kinds import of_another_kind
 from footcal_cli.core.diagnosis.material import Nameless
+from footcal_cli.core.diagnosis.odd_spell import OddSpell, odd_spell
 from footcal_cli.core.diagnosis.path import (
     Path,
     as_one_mixture,
@@ -101,6 +102,8 @@ class Investigation:
         What repeats in each output and has no sure name.
     once
         Whether the cause happened once (`footcal_cli.core.diagnosis.path.jumped`).
+    odd
+        The spell of a walk that is unlike all others.
     """
 
     verdict: Verdict
@@ -116,6 +119,7 @@ class Investigation:
     stable: float
     nameless: tuple[Nameless, ...] = ()
     once: bool = False
+    odd: OddSpell | None = None
 
 
 def investigate(
@@ -152,10 +156,18 @@ def investigate(
     problem = problem_from(case, rows_of(case), table.values(), describe)
     subject = Subject(case, problem, table, describe, advance)
     baseline = beginning(problem, rules, seed)
-    if stopped:
-        return _without_name(subject, baseline, Verdict.BAD_DATA, 0.0)
-    large = is_large(case, problem)
-    last: Investigation | None = None
+    odd = odd_spell(case, problem)
+    if stopped or (odd is not None and odd.silent):
+        return replace(_without_name(subject, baseline, Verdict.BAD_DATA, 0.0), odd=odd)
+    large = odd is not None or is_large(case, problem)
+    return replace(_answered(subject, baseline, rules, seed, large=large), odd=odd)
+
+
+def _answered(
+    subject: Subject, baseline: Path, rules: Rules, seed: int, *, large: bool
+) -> Investigation:
+    """The first answer that stands; `large` is a residual that is never nothing."""
+    problem, last = subject.problem, None
     for way, verdict, share in _searched(subject, baseline, rules, seed, large=large):
         if verdict not in NAMING:
             none = Verdict.UNKNOWN if verdict is Verdict.NONE and large else verdict

@@ -282,6 +282,10 @@ class Effect:
         """Upper end of a size in a shape, given by short name."""
         return size.upper if self.most is None else min(size.upper, self.most(shape))
 
+    def least(self, size: EffectParameter, shape: Mapping[str, float]) -> float:
+        """Lower end of a size in a shape."""
+        return size.lower if self.most is None else max(size.lower, -self.most(shape))
+
     @property
     def parameter_names(self) -> tuple[str, ...]:
         """Names of all parameters, sizes first."""

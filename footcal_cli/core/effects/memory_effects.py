@@ -35,8 +35,8 @@ from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 STEEPEST = 0.95
-"""Share of its slope that a cell may lose where its load turns: ``1 − w/2r > 0``, since no cell
-shows less under more load. Only that limits the width of a loop, not any number of newtons."""
+"""Share of its slope that a cell may lose, or gain, where its load turns: ``1 − w/2r > 0``, for no
+cell shows less under more load. Only that limits the width of a loop, not any number of newtons."""
 BINS = 24
 """Loads at which rising and falling readings are compared."""
 LOOP_FORM_ERROR = 0.05
@@ -72,12 +72,12 @@ def loop_width(before: Log, after: Log) -> FloatArray:
 
 
 def _widest(place: FloatArray, rising: FloatArray, added: FloatArray) -> float:
-    """Largest difference of the means over falling and rising rows of one place."""
+    """Largest difference of the means over falling and rising rows of one place, and its sign."""
     number = place + BINS * rising.astype(np.int64)
     count = np.bincount(number, minlength=2 * BINS)
     mean = np.bincount(number, added, minlength=2 * BINS) / np.maximum(count, 1)
     apart = np.where((count[:BINS] > 0) & (count[BINS:] > 0), mean[:BINS] - mean[BINS:], 0.0)
-    return float(apart.max())
+    return float(apart[np.argmax(np.abs(apart))])
 
 
 MOVING = ("walk",)
@@ -94,7 +94,8 @@ def _hysteresis(x: FloatArray, log: Log, theta: Theta, state: State) -> tuple[Fl
 
 def _lost_slope(theta: Theta) -> FloatArray:
     """``w/2r``, the share of its slope that a cell loses where its load turns."""
-    return np.minimum(0.5 * theta["hysteresis_width"] / theta["hysteresis_reach"], STEEPEST)
+    share = 0.5 * theta["hysteresis_width"] / theta["hysteresis_reach"]
+    return np.clip(share, -STEEPEST, STEEPEST)
 
 
 def _widest_loop(shape: Mapping[str, float]) -> float:
@@ -164,7 +165,7 @@ HYSTERESIS = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(
-        EffectParameter("hysteresis_width", "N", 0.0, 0.0, 1000.0 * STEEPEST, 0.3),
+        EffectParameter("hysteresis_width", "N", 0.0, -1000.0 * STEEPEST, 1000.0 * STEEPEST, 0.3),
         EffectParameter(
             "hysteresis_reach",
             "N",
@@ -183,8 +184,8 @@ HYSTERESIS = Effect(
     remove=on_readings(_unhysteresis),
     experiments=("weights", "stand", "walk"),
     formula="y = x + w (z − x) / 2r, play z_k = min(max(z_{k−1}, x_k − r), x_k + r)",
-    source="Prandtl–Ishlinskii operator; inverse after Kuhnen, Eur. J. Control 9 (2003); w ≥ 0: "
-    "friction only takes energy",
+    source="Prandtl–Ishlinskii operator; inverse after Kuhnen, Eur. J. Control 9 (2003); w < 0: "
+    "the reading runs ahead of its load, as behind gauges that compensate creep too much",
     remedy="approach every load from the same side; check glued seats and screws",
     mimics=("sensor_lag", "creep"),
     separates="a staircase of weights up and down with long holds",

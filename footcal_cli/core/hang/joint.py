@@ -11,7 +11,7 @@ from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.hang.effect import HangResidual
 from footcal_cli.core.hang.levels import fit_reduced, times_of, with_levels
 from footcal_cli.core.hang.model import HangModel, HangValues, Tilt, leg_com_t_m
-from footcal_cli.core.hang.runs import HangRun, hang_runs
+from footcal_cli.core.hang.runs import MOST_RUNS, HangRun, hang_runs
 from footcal_cli.core.hang.words import hang_gaps
 from footcal_cli.core.inference.autoregression import MAX_LAGS, ChannelNoise, fit_noise
 from footcal_cli.core.inference.fit import Fit
@@ -25,7 +25,7 @@ MAX_ORDER = 3
 _MIN_NOISE_DOF, _VARIES = 60, 1e-14
 _NOISE_ROUNDS = 4
 _INERTIAL_ROUNDS = 2
-_MOST_RUNS, _FEWEST_ROWS = 200, 10
+_FEWEST_ROWS = 10
 """More orientations than this, shorter than so many rows, are no log in which a robot hangs."""
 _TYPICAL_SD = np.array([1.0] * 3 + [0.1] * 3)
 _LEAST_NOISE = 1e-9  # of the weight: logs without any noise
@@ -301,7 +301,7 @@ def _model_of(leg: str, runs: Sequence[HangRun], samples: int, asked: HangOption
     DataError
         The orientation changes so often that the rows are in no order.
     """
-    if asked.tilt == "per_log" and len(runs) > max(_MOST_RUNS, samples // _FEWEST_ROWS):
+    if asked.tilt == "per_log" and len(runs) > max(MOST_RUNS, samples // _FEWEST_ROWS):
         raise DataError(
             f"the orientation of leg {leg} changes {len(runs) - 1:,} times in {samples:,} rows",
             remedy="put the rows in the order of their stamps; an orientation lasts many rows",

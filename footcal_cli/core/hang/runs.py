@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from footcal_cli.core.effects.calibration import AXES
+from footcal_cli.core.effects.memory import play
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
 
@@ -115,21 +116,36 @@ def run_edges(log: Log) -> IntArray:
     return np.concatenate([[0], np.flatnonzero(turned) + 1, [len(log)]]).astype(np.int64)
 
 
-MOST_BLOCKS = 48
-"""A sign-flip statistic cannot exceed the root of the number of blocks: 24 ask twice as much."""
+MOST_BLOCKS, FEWEST_BLOCKS = 48, 16
+"""A sign-flip statistic cannot exceed the root of the number of blocks: 24 ask twice as much. Of
+fewer than 16 no name is sure, and turns are cut into quarters."""
+_QUARTER, _TREMOR = 0.5 * np.pi, 0.05
+MOST_RUNS = 200
+"""Attitudes that somebody holds; more are a motion."""
 
 
 def blocked(legs: Mapping[str, Sequence[Log]]) -> tuple[tuple[Log, ...], bool]:
     """One log per leg with its runs in order of time, and whether their clocks go on.
 
     A block is a number of whole turns in one run, the same for all legs: what shakes one hanging
-    leg shakes the others too. Runs without turns are blocks of their own.
+    leg shakes the others too. Legs that make few turns, or swing to and fro, are cut where they
+    have moved by a quarter of a turn. Runs without a motion are blocks of their own, and where the
+    attitude changes from row to row, as many rows as make `MOST_BLOCKS`.
     """
     joined = {leg: _joined(logs) for leg, logs in legs.items()}
     runs = max(int(log.known[RUN].max()) + 1 for log in joined.values())
     each = max(MOST_BLOCKS // runs, 1)
-    logs = tuple(_cut(log, each) for log in joined.values())
+    logs = tuple(_cut(log, each, 2.0 * np.pi) for log in joined.values())
+    if max(np.unique(log.block).size for log in logs) < FEWEST_BLOCKS:
+        logs = tuple(_cut(log, each, _QUARTER) for log in joined.values())
+    if runs > MOST_RUNS:
+        logs = tuple(replace(log, block=log.block * MOST_BLOCKS // runs) for log in logs)
     return logs, all(bool(np.all(np.diff(log.time_s) > 0)) for log in logs)
+
+
+def are_held(logs: Sequence[Log]) -> bool:
+    """Whether an attitude lasts: of one row each, nobody can tell its zero from its load."""
+    return all(len(log) >= 2 * (log.known[RUN].max() + 1) for log in logs)
 
 
 def _joined(logs: Sequence[Log]) -> Log:
@@ -154,22 +170,29 @@ def _joined(logs: Sequence[Log]) -> Log:
     )
 
 
-def _cut(log: Log, each: int) -> Log:
-    """At most `each` blocks of whole turns per run, numbered run by run."""
+def _cut(log: Log, each: int, unit_rad: float) -> Log:
+    """At most `each` blocks of so much motion per run, numbered run by run."""
     run = log.known[RUN].astype(np.int64)
     block = run * each
     for number in range(int(run.max()) + 1):
         rows = np.flatnonzero(run == number)
-        block[rows] += _pieces(log.known["phase_rad"][rows], each)
+        block[rows] += _pieces(log.known["phase_rad"][rows], each, unit_rad)
     return Log(log.experiment, log.channels, log.time_s, log.readings, log.known, block)
 
 
-def _pieces(phase_rad: FloatArray, each: int) -> IntArray:
-    """Piece of each row: whole turns dealt out evenly, what is left goes with the last."""
-    turned = np.abs(np.unwrap(phase_rad) - phase_rad[0]) / (2.0 * np.pi)
-    turns = int(turned.max(initial=0.0) + 1e-6)
-    if turns < 2:
+def _pieces(phase_rad: FloatArray, each: int, unit_rad: float) -> IntArray:
+    """Piece of each row: units of motion dealt out evenly, what is left goes with the last."""
+    moved = _travel(phase_rad) / unit_rad
+    units = int(moved.max(initial=0.0) + 1e-6)
+    if units < 2:
         return np.zeros(phase_rad.size, dtype=np.int64)
-    pieces = min(each, turns)
-    turn = np.minimum(turned.astype(np.int64), turns - 1)
-    return np.asarray(turn * pieces // turns)
+    pieces = min(each, units)
+    unit = np.minimum(moved.astype(np.int64), units - 1)
+    return np.asarray(unit * pieces // units)
+
+
+def _travel(phase_rad: FloatArray) -> FloatArray:
+    """How far a shaft has moved, to and fro alike, shape (n,); what trembles does not move."""
+    angle = np.unwrap(phase_rad)[:, None]
+    held = play(angle, np.array([_TREMOR]), angle[0], np.zeros(angle.size, dtype=bool))[:, 0]
+    return np.asarray(np.cumsum(np.abs(np.diff(held, prepend=held[:1]))))

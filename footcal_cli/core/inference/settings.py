@@ -251,7 +251,9 @@ def _variance_of_parts(products: list[tuple[FloatArray, FloatArray]]) -> FloatAr
     size = own.shape[1]
     variance = np.full(size, _PART_START)
     for _ in range(STEPS):
-        inverse = np.linalg.inv(own + np.diag(1.0 / variance))
+        unit = np.sqrt(variance)
+        scaled = np.eye(size) + own * np.outer(unit, unit)  # never singular, whatever nobody shows
+        inverse = np.linalg.inv(scaled) * np.outer(unit, unit)
         known = np.clip(1.0 - np.einsum("gii->gi", inverse) / variance, 1e-9, 1.0)
         effect = np.einsum("gij,gj->gi", inverse, right)
         standard = np.abs(effect) / np.sqrt(known * variance)

@@ -248,7 +248,9 @@ def effect_columns(
             if idle or any(all(map(_alike, everywhere, other)) for other in kept):
                 continue
             kept.append(everywhere)
-            top = upper if effect.most is None else min(upper, effect.most(shape))
+            bottom, top = lower, upper
+            if effect.most is not None:
+                bottom, top = effect.least(size, shape), effect.largest(size, shape)
             far = [
                 {u: _far(case, rows, effect, size, u, shape, by, seen) for u in units}
                 for by in size.far
@@ -258,7 +260,7 @@ def effect_columns(
                     continue
                 signature = Signature(
                     effect=effect.name, parameter=size.name, where=where, unit=size.unit,
-                    shape=tuple(shape.items()), lower=lower - size.neutral,
+                    shape=tuple(shape.items()), lower=bottom - size.neutral,
                     upper=top - size.neutral, owners=owners,
                 )  # fmt: skip
                 for of_each in (single, *far):

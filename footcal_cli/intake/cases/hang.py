@@ -12,7 +12,7 @@ from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.hang import EXPERIMENT
 from footcal_cli.core.hang.effect import hanging_effect
 from footcal_cli.core.hang.joint import HangFit, fit_hang
-from footcal_cli.core.hang.runs import blocked
+from footcal_cli.core.hang.runs import RUN, are_held, blocked
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet
@@ -66,7 +66,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         alike=False,
         stride=max(sum(len(log) for log in logs) // MOST_SAMPLES, 1),
         shared_blocks=True,
-        setting_key="hanging",
+        setting_key=RUN if are_held(logs) else "",
     )
     untested = unseen_hanging()
     if not in_order:

@@ -27,6 +27,8 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
         f"Something is missing that no effect of the table explains. It {depends_on(found)}"
         f"{_where(found)}."
     )
+    if found.odd is not None and nameless(found)[1].before.p >= _CERTAIN:
+        sentence = f"Something happened once: {found.odd.finding.sentence}."
     details = []
     if found.nearest:
         nearest = "; ".join(f"{cause_words(item)}{_or_rivals(item)}" for item in found.nearest)
