@@ -165,6 +165,7 @@ def _investigated(
 
     from footcal_cli.core.diagnosis.investigation import investigate
     from footcal_cli.core.diagnosis.known_gain import with_known_gain
+    from footcal_cli.core.diagnosis.moved_gain import with_moved_gain
     from footcal_cli.core.diagnosis.signals import describe
     from footcal_cli.core.quality import stopping
     from footcal_cli.intake.cases import read_case
@@ -183,8 +184,9 @@ def _investigated(
         )  # fmt: skip
         if found.odd is not None:
             read.findings.append(found.odd.finding)
-        gains = read.like_a_gain(table)
-        again = with_known_gain(found, gains, describe, rules, session.request.seed, advance)
+        gains, seed = read.like_a_gain(table), session.request.seed
+        again = with_known_gain(found, gains, describe, rules, seed, advance)
+        again = with_moved_gain(again, read.gains(table), table, describe, rules, seed, advance)
     if again is found:
         return read, found
     untested = {name: why for name, why in read.untested.items() if name not in gains}

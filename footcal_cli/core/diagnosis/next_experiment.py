@@ -28,14 +28,17 @@ def rig_at(found: Investigation) -> Rig:
 
 
 def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
-    """The first named effect that has rivals, then these; empty where there is none."""
+    """The first named effect that has rivals, then these; empty where there is none.
+
+    Rivals that these logs cannot test have no size here.
+    """
     for item in found.found:
         if not item.cause.rivals:
             continue
         answer = item.answer
         named = _named(item)
         rivals = {item.cause.signature.effect: named}
-        for signature in item.cause.rivals:
+        for signature in (r for r in item.cause.rivals if r.effect in table):
             copy = _copying(signature, named, answer.library, table)
             rivals.setdefault(signature.effect, copy or _in_its_place(signature, answer, table))
         return tuple(rivals.values())

@@ -155,6 +155,10 @@ def _warmth(log: Log) -> FloatArray:
     return warmth
 
 
+def _scale(_log: Log, theta: Theta) -> FloatArray:
+    return 1.0 + theta["scale_change"]
+
+
 def _warm_scale(log: Log, theta: Theta) -> FloatArray:
     return 1.0 + theta["temperature_scale"] * _warmth(log)
 
@@ -265,6 +269,22 @@ HINGE = Effect(
     separates="a fine ladder of weights around the knee",
 )
 
+SCALE_CHANGE = Effect(
+    name="scale_change",
+    traits=(Trait.GAIN,),
+    stage=Stage.CELL,
+    scope=Scope.CHANNEL,
+    parameters=(EffectParameter("scale_change", "-", 0.0, -0.9, 1.0, 0.02),),
+    apply=on_readings(times(_scale)),
+    remove=on_readings(over(_scale)),
+    experiments=("walk",),
+    formula="y = (1 + g) x: the scale is no longer what it was calibrated to",
+    source="overload, a bent flexure, a loose screw, another amplifier since the calibration",
+    remedy="calibrate these cells again: offline-fit with weights",
+    mimics=("creep", "temperature_scale", "load_bypass"),
+    separates="weights on each cell, as in the calibration before",
+)
+
 TEMPERATURE_SCALE = Effect(
     name="temperature_scale",
     unseen_walking=DRIFT_TAKES_IT + "weigh before and after warming up",
@@ -368,6 +388,7 @@ EFFECTS = (
     NONLINEARITY_CUBIC,
     DEAD_ZONE,
     HINGE,
+    SCALE_CHANGE,
     TEMPERATURE_SCALE,
     TEMPERATURE_BIAS,
     SIGN_FLIP,

@@ -80,8 +80,14 @@ class CaseRead:
         return {
             name: self.instead.get(name, effect)
             for name, effect in table.items()
-            if name not in self.untested
+            if name not in self.untested and Trait.GAIN not in effect.traits
         }
+
+    def gains(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
+        """What scales one cell, of cells whose gains were known before."""
+        if self.case.known is None or not self.case.drifts:
+            return {}
+        return {name: effect for name, effect in table.items() if Trait.GAIN in effect.traits}
 
     def like_a_gain(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
         """What scales all forces, alike or nearly, of cells whose gains were known before."""

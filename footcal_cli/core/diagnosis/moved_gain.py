@@ -1,0 +1,117 @@
+"""A cell of a walk whose gain is no longer what weights have determined.
+
+Of the room of the diagnosis; `diagnose` asks where nothing else explains a walk. The gains of cells
+that were calibrated are known to a per cent, as far as a mounting moves them, and stay free within
+that: what scales one cell by more shows in no residual, only in a gain far from the known one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.bridge import Describe, problem_from
+from footcal_cli.core.diagnosis.investigation import Investigation, named
+from footcal_cli.core.diagnosis.path import beginning, grown
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.standing import happened
+from footcal_cli.core.diagnosis.subject import Advance, Subject
+from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.grams import calibration_grams
+from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.parameters import FloatArray
+
+FAR, NEAR = 5.0, 4.0
+"""Prior sd by which a gain has moved for certain, and by which none of the others may have then."""
+_RCOND = 1e-12
+_BY_LOSS = "load_bypass"
+"""What only takes load from a foot, and from all of its cells."""
+
+
+def with_moved_gain(
+    found: Investigation,
+    table: Mapping[str, Effect],
+    others: Mapping[str, Effect],
+    describe: Describe,
+    rules: Rules,
+    seed: int,
+    advance: Advance,
+) -> Investigation:
+    """`found`, or the cells whose gain has moved, with what a walk does not tell from that.
+
+    Parameters
+    ----------
+    table
+        Effects by name that scale one cell (`Trait.GAIN`).
+    others
+        All effects by name: what a walk does not tell from a gain is among them.
+    found, describe, rules, seed, advance
+        See `investigate`.
+    """
+    if found.verdict not in (Verdict.NONE, Verdict.UNKNOWN) or found.odd is not None or not table:
+        return found
+    moved = moved_cells(found.case, found.problem)
+    if not moved:
+        return found
+    kept = tuple(w for w in found.case.directions if w.name.rpartition(".")[0] not in moved
+                 or not w.lasting)  # fmt: skip
+    case = replace(found.case, directions=kept)
+    problem = problem_from(case, found.problem, table.values(), describe)
+    subject = Subject(case, problem, others, describe, advance)
+    path = grown(subject, beginning(problem, rules, seed), replace(rules, most_effects=1), seed)
+    if not path.causes:
+        return found
+    (cause,) = path.causes
+    owners = cause.signature.owners
+    if {c for _, cells in owners for c in cells} != set(moved):
+        return found
+    alike = [name for name in table[cause.signature.effect].mimics if name in others]
+    if cause.size.value > 0.0 or len(moved) == 1:
+        alike = [name for name in alike if name != _BY_LOSS]
+    rivals = (Signature(name, name, cause.signature.where, "") for name in alike)
+    cause = replace(cause, rivals=(*cause.rivals, *rivals))
+    verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
+    return named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
+
+
+def moved_cells(case: Case, problem: Problem) -> tuple[str, ...]:
+    """The cell, or the cells of one foot, whose gain has surely moved, and no other's.
+
+    With γ ~ N(0, I) in units of what a mounting moves, and C its covariance given the walk,
+    ``a·γ̂ / √(a·(I − C) a)`` is N(0, 1) for any direction a: a single cell, all cells of a foot.
+    """
+    ways = [way for way in case.directions if way.lasting]
+    if not ways or problem.held is None:
+        return ()
+    cells = [way.name.rpartition(".")[0] for way in ways]
+    feet = dict.fromkeys(cell.split("_", 1)[0] for cell in cells)
+    groups = [(cell,) for cell in cells]
+    groups += [tuple(c for c in cells if c.split("_", 1)[0] == foot) for foot in feet]
+    along = np.array([[float(c in group) for c in cells] for group in groups])
+    grams = calibration_grams(problem, problem.law, counted=False)
+    base = grams.calibration
+    total = grams.inner.summed(np.append(base, grams.inner.last))
+    far = np.abs(_departures(total, along))
+    best = int(np.argmax(far))
+    if far[best] < FAR:
+        return ()
+    free, a = total.copy(), along[best]
+    free[: a.size, : a.size] -= np.outer(a, a) / (a @ a)
+    within = along @ a / (a @ a) > 0.0
+    beside = np.abs(_departures(free, along))[~within]
+    return groups[best] if beside.max(initial=0.0) < NEAR else ()
+
+
+def _departures(total: FloatArray, along: FloatArray) -> FloatArray:
+    """``a·γ̂`` of each direction in units of its sd beforehand, shape (directions,)."""
+    size = along.shape[1]
+    covariance = scaled_inverse(total[:-1, :-1], _RCOND)
+    gain = (covariance @ total[:-1, -1])[:size]
+    left = np.eye(size) - covariance[:size, :size]
+    spread = np.einsum("ij,jk,ik->i", along, left, along)
+    return np.asarray(along @ gain / np.sqrt(np.maximum(spread, 1e-9)))

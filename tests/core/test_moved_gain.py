@@ -1,0 +1,75 @@
+"""A cell whose gain is no longer what weights have determined shows in no residual of a walk."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.investigation import investigate
+from footcal_cli.core.diagnosis.moved_gain import moved_cells, with_moved_gain
+from footcal_cli.core.diagnosis.rules import Rules
+from footcal_cli.core.diagnosis.signals import describe
+from footcal_cli.core.diagnosis.subject import uncounted
+from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Trait
+from footcal_cli.core.inference.case import Case, rows_of
+from footcal_cli.core.inference.tracking import gain_and_bias
+from tests.core.test_diagnosis_bridge import ROBOT, Hidden, walk_case
+
+MOUNTING = 0.01
+LEFT = tuple(c for c in ROBOT.channels if c.startswith("left"))
+
+
+def walked(seed: int, gains: dict[str, float], hidden: Hidden | None = None) -> Case:
+    """A walk of calibrated cells, some of which read so many times what they did."""
+    case = walk_case(seed, hidden)
+    (log,) = case.logs
+    scale = np.array([case.values[f"{c}.scale"] for c in ROBOT.channels])
+    zero = np.array([case.values[f"{c}.bias"] for c in ROBOT.channels])
+    rng = np.random.default_rng([seed, 5])
+    mounted = {c: 1.0 + 0.5 * MOUNTING * rng.standard_normal() for c in ROBOT.channels}
+    factor = np.array([gains.get(c, 1.0) * mounted[c] for c in ROBOT.channels])
+    force = (log.readings * scale + zero) * factor
+    ways = gain_and_bias(ROBOT.channels, case.values, MOUNTING)
+    return replace(case, logs=(replace(log, readings=(force - zero) / scale),), directions=ways)
+
+
+def moved(case: Case) -> tuple[str, ...]:
+    return moved_cells(case, problem_from(case, rows_of(case), [], describe))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gains_that_a_mounting_moves_have_not_moved(seed: int) -> None:
+    assert moved(walked(seed, {})) == ()
+
+
+@pytest.mark.parametrize(("seed", "by"), [(1, 1.08), (2, 0.92)])
+def test_one_cell_that_reads_too_much_or_too_little_is_found(seed: int, by: float) -> None:
+    cell = ROBOT.channels[seed]
+    assert moved(walked(seed, {cell: by})) == (cell,)
+
+
+def test_all_cells_of_a_foot_are_found_together() -> None:
+    assert moved(walked(3, dict.fromkeys(LEFT, 0.95))) == LEFT
+
+
+def test_gains_that_stand_in_for_something_else_are_none() -> None:
+    """A CoM that is off asks for more in front and less behind, in both feet."""
+    offset: Hidden = ("com_offset", {"robot": ("robot",)}, {"robot.com_offset_x": 0.015})
+    assert moved(walked(1, {}, offset)) == ()
+
+
+def test_the_answer_names_the_cell_and_its_size() -> None:
+    cell = ROBOT.channels[2]
+    case, table = walked(2, {cell: 1.1}), {n: e for n, e in TABLE.items() if n != "scale_change"}
+    before = investigate(case, {}, describe)
+    gains = {n: e for n, e in TABLE.items() if Trait.GAIN in e.traits}
+    found = with_moved_gain(before, gains, {**table, **gains}, describe, Rules(), 0, uncounted)
+    assert found.verdict == "ambiguous"
+    (item,) = found.found
+    assert item.owner == cell
+    assert {r.effect for r in item.cause.rivals} == {"creep", "temperature_scale"}
+    assert item.cause.size.value == pytest.approx(0.1, abs=2.5 * MOUNTING)
