@@ -196,7 +196,7 @@ def note_carried(session: Session[Any], forces_n: FloatArray, name: str, *, walk
     if walking:
         foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
         known = {f.where for f in session.noted if f.severity == "alarm"}
-        found = check_walking_cells(forces_n, robot.cell_names, foot_of)
+        found = check_walking_cells(forces_n, robot.cell_names, foot_of, name)
         session.note(f for f in found if f.where not in known)
 
 
