@@ -44,6 +44,8 @@ class CauseRecord(Record):
     """Of each effect of a set of rivals, all of them taken as equally likely beforehand."""
     agreement_p: float | None = None
     """p of its sizes being the same in all experiments that know of it."""
+    written: str = ""
+    """The hole or the weight that it is about, as the log calls it."""
 
 
 class EffectRowRecord(Record):
@@ -63,6 +65,8 @@ class EffectRowRecord(Record):
     informative_blocks: float | None
     status: Literal["present", "absent", "undecided", "not_testable"]
     reason: str
+    written: str = ""
+    """The hole or the weight that it is about, as the log calls it."""
 
 
 class NextExperimentRecord(Record):
