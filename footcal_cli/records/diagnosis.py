@@ -119,6 +119,13 @@ class FollowedRecord(Record):
     says: Literal["there", "gone", "open", "unseen"]
 
 
+class HeldRecord(Record):
+    """An effect that the calibration in use corrects already, and whose it is."""
+
+    effect: str
+    owners: tuple[str, ...]
+
+
 class RangeRecord(Record):
     """What is known of one parameter of the extended model, to draw it from in a simulation.
 
@@ -162,7 +169,8 @@ class DiagnosisRecord(Versioned):
     `experiments` are those of a joint diagnosis, empty for a single one.
 
     `suspects` are the first rivals, for the log after this one. `after` and `survivors` tell what
-    became of the rivals of the log before, where one was given (`--after`).
+    became of the rivals of the log before, where one was given (`--after`). `holds` are the effects
+    of the calibration that the diagnosis started from: what it corrects already is not found.
     """
 
     schema_name: Literal["footcal.diagnosis"] = Field(default="footcal.diagnosis", alias="schema")
@@ -171,6 +179,7 @@ class DiagnosisRecord(Versioned):
         "none", "named", "ambiguous", "named+unknown", "unknown", "underpowered", "bad-data"
     ]
     sentence: str
+    holds: tuple[HeldRecord, ...] = ()
     causes: tuple[CauseRecord, ...] = ()
     rivals: tuple[tuple[str, ...], ...] = ()
     experiment: str = ""

@@ -88,6 +88,9 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         seen.add(mine)
         rivals = [r for r in {r.effect: r for r in cause.rivals}.values() if r.effect not in seen]
         weighed = [rival_row(item.answer, rival, mine) for rival in rivals]
+        if item.answer.causes and item.answer.causes[0].signature.effect != mine:
+            # weighed where the set was found, as its rivals are, not beside its first effect
+            row = rival_row(item.answer, cause.signature, mine) or row
         row = found_row(row, [rival.effect for rival in rivals])
         row = replace(row, signature=cause.signature, size=cause.size)
         # blocks say nothing of what happened once

@@ -21,6 +21,7 @@ from footcal_cli.records.diagnosis import (
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.experiment import experiment_words
+from footcal_cli.sheets.diagnosis.held import held_by
 from footcal_cli.sheets.diagnosis.words import better_blocks, main_gain, matters, remedy_of
 
 
@@ -42,6 +43,7 @@ def record_of(
         experiment_kind=found.case.experiment.name,
         verdict=found.verdict.value,
         sentence=answer.verdict.sentence,
+        holds=held_by(found.case),
         causes=tuple(_cause_record(found, item) for item in found.found),
         rivals=answer.rivals,
         experiment=experiment_words(answer.experiment),
