@@ -58,7 +58,7 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
         return "Nothing that matters: what the table explains of the residual is small.", details
     if last.before.p < last.rules.alpha_unknown:
         return (
-            "Nothing that matters: what is left is more than noise "
+            "Nothing that matters: the residual is more than noise "
             f"(p = {number(last.before.p, 2)}), but small and like no effect of the table.",
             details,
         )
