@@ -124,6 +124,7 @@ class SessionLogs:
                 self._left_aside.setdefault(path, refusal)
             else:
                 tables.append(self._read(path, table))
+        self._noted = over_logs(self._noted, tables, table, self.recipe.robot)
         kept, findings = without_copies(tables, within=table.name in _ROW_BY_ROW)
         self.note(findings)
         return [log for log in kept if log is not None]
