@@ -76,11 +76,10 @@ def studies_of(
     """Every channel's models, of so many cells: of rows as they are, or of settled samples."""
     auto, count = options.models == "auto", len(records) if cells is None else cells
     asked = Asked(options.method, auto, options.most_degree, count)
-    found = []
+    found, holds = [], options.plateaus
     for record in records:
         if record.recorded if options.samples is None else options.samples:
-            holds, loads_n = options.plateaus, options.plateaus.known_n(gravity_mps2)
-            settled = plateau_options(holds)
+            settled, loads_n = plateau_options(holds), holds.known_n(gravity_mps2)
             found.append(study_samples(record, asked, options=settled, loads_n=loads_n))
         else:
             found.append(study_rows(record, asked))
