@@ -114,7 +114,7 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
         moved = movements(read.case, found.problem, found.final)
         asked = DiagnosisRequest(
             f"Diagnosis of {session.recipe.robot.name}", read.testable(table), rules, request.seed,
-            alone=found_alone(read, found),
+            alone=found_alone(reader, read, found),
             before=None if before is None else read_record(DiagnosisRecord, before),
             reproduce=request.command_line,
         )  # fmt: skip

@@ -78,6 +78,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
             rows.h[total], rows.error[total], rows.sd[total],
             rows.prior_correlation, weight_n, robot.mass_kg or 1.0,
         )  # fmt: skip
+        weighed = replace(weighed, stated_sd_kg=robot.mass_sd_kg)
     session.note(weighed.findings())
     session.note(check_gains(belief.channels, fit.gain))
     found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed)

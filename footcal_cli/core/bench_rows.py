@@ -50,7 +50,7 @@ def check_stuck_reading(load_n: FloatArray, counts: FloatArray, channel: str) ->
             Finding(
                 "stuck_load", "alarm", channel,
                 f"the load stays at {load[start]:.4g} N for {stop - start} rows while the readings "
-                f"change by {np.ptp(count[start:stop]) / moved:.0%} of their range",
+                f"change by {_most_of(count[start:stop]) / moved:.0%} of their range",
                 "correct the loads of these rows, or leave them out",
             )
         ]  # fmt: skip
@@ -71,7 +71,7 @@ def _held_load(load: FloatArray, count: FloatArray) -> tuple[int, int] | None:
     edges = np.flatnonzero(np.concatenate([[True], np.diff(load) != 0, [True]]))
     span = float(np.ptp(count))
     for start, stop in pairwise(edges):
-        moved = float(np.ptp(count[start:stop]))
+        moved = _most_of(count[start:stop])
         others = np.concatenate([np.arange(start), np.arange(stop, load.size)])
         few = np.unique(load[others]).size < 3
         if stop - start < _STUCK_ROWS or moved < STUCK_SHARE * span or few:
@@ -80,6 +80,13 @@ def _held_load(load: FloatArray, count: FloatArray) -> tuple[int, int] | None:
         if moved > _TARED_SD * off.std():
             return int(start), int(stop)
     return None
+
+
+def _most_of(values: FloatArray) -> float:
+    """Range of values (n,) without the tenth at each end of many: hands touch a weight there."""
+    if values.size < _ROWS_OF_A_HOLD:
+        return float(np.ptp(values))
+    return float(np.subtract(*np.percentile(values, [90, 10])))
 
 
 def check_tare(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Finding]:

@@ -330,9 +330,9 @@ def _off_statement(leg: str, weight_n: float, stated_n: float) -> list[Finding]:
 
 @listed
 def check_walking_cells(
-    forces_n: FloatArray, cells: Sequence[str], foot: Sequence[str]
+    forces_n: FloatArray, cells: Sequence[str], foot: Sequence[str], log: str
 ) -> Iterator[Finding]:
-    """Find cells under a walking robot that are dead or of turned sign.
+    """Find cells under a walking robot that are dead or of turned sign in a log of that name.
 
     Parameters
     ----------
@@ -354,7 +354,7 @@ def check_walking_cells(
             yield Finding(
                 "dead_cell", "alarm", name,
                 f"the cell moves by {span[i]:.2g} N while the others of its foot move by "
-                f"{float(np.median(span[mates])):.3g} N",
+                f"{float(np.median(span[mates])):.3g} N, in {log} (walk)",
                 "check its wires, its plug and that it carries the plate",
             )  # fmt: skip
             continue
@@ -367,6 +367,6 @@ def check_walking_cells(
             yield Finding(
                 "turned_sign", "alarm", name,
                 f"the cell reads {-steps[i]:.3g} N less when its foot carries the robot; the "
-                f"others read {usual:.3g} N more",
+                f"others read {usual:.3g} N more, in {log} (walk)",
                 "check the sign of its scale and the wires of its bridge",
             )  # fmt: skip

@@ -83,6 +83,8 @@ class Clock:
     gaps, longest_gap_s, missing
         Intervals longer than 3.5 periods that no hurry afterwards makes up for, the longest, and
         the samples that would fill them.
+    gap_s
+        How long each gap lasts, shape (gaps,).
     """
 
     keep: IntArray
@@ -92,6 +94,12 @@ class Clock:
     gaps: int
     longest_gap_s: float
     missing: int
+    gap_s: FloatArray
+
+
+def missing_in(gap_s: FloatArray, period_s: float) -> int:
+    """How many samples would fill gaps of such lengths (g,)."""
+    return int(np.sum(np.round(gap_s / period_s) - 1)) if gap_s.size else 0
 
 
 def clock_of(time_s: FloatArray) -> Clock:
@@ -116,7 +124,8 @@ def clock_of(time_s: FloatArray) -> Clock:
         backward=int(time_s.size - keep.size - duplicates),
         gaps=int(long.size),
         longest_gap_s=float(long.max() if long.size else interval.max(initial=0.0)),
-        missing=int(np.sum(np.round(long / period) - 1)) if long.size else 0,
+        missing=missing_in(long, period),
+        gap_s=long,
     )
 
 

@@ -70,17 +70,17 @@ def read_weights(session: Session[OfflineFitOptions]) -> WeightsLogs:
 
 
 def studies_of(
-    records: Sequence[BenchRecord], options: OfflineFitOptions, gravity_mps2: float
-) -> list[ChannelStudy]:
-    """Every channel's models: of rows as they are, or of a recording's settled samples."""
-    asked = Asked(options.method, options.models == "auto", options.most_degree, len(records))
-    found = []
+    records: Sequence[BenchRecord], options: OfflineFitOptions, gravity_mps2: float,
+    cells: int | None = None,
+) -> list[ChannelStudy]:  # fmt: skip
+    """Every channel's models, of so many cells: of rows as they are, or of settled samples."""
+    auto, count = options.models == "auto", len(records) if cells is None else cells
+    asked = Asked(options.method, auto, options.most_degree, count)
+    found, holds = [], options.plateaus
     for record in records:
         if record.recorded if options.samples is None else options.samples:
-            holds, loads_n = options.plateaus, options.plateaus.known_n(gravity_mps2)
-            found.append(
-                study_samples(record, asked, options=plateau_options(holds), loads_n=loads_n)
-            )
+            settled, loads_n = plateau_options(holds), holds.known_n(gravity_mps2)
+            found.append(study_samples(record, asked, options=settled, loads_n=loads_n))
         else:
             found.append(study_rows(record, asked))
     return found

@@ -11,7 +11,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import span_of
 from footcal_cli.core.spatial import rotation_of_quaternion, rotations_of_rpy
 from footcal_cli.recipe import Robot
-from footcal_cli.session.inspection import without_lost
+from footcal_cli.session.unloaded import without_lost
 from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION
 from footcal_cli.tables.table import Table
 

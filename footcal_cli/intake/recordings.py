@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 _DRIFT_SHARE = 0.005
 """What a cell's zero may move by, of the robot's weight, since it was calibrated."""
+_FEWEST_ROWS = 4
+"""Filters need as many; a file of fewer rows holds something else, such as readings in the air."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,11 @@ def _read_one(
     session: Session[Any], table: Table, body: Table | None, rule: MergeRule, experiment: str
 ) -> Recording:
     """One sensor log and its body stream, merged; what looks wrong is noted."""
+    if len(table) < _FEWEST_ROWS:
+        raise DataError(
+            f"{len(table)} rows are no recording of a robot that stands or walks", file=table.path,
+            remedy="take the file out of the cells in [data], or record for some seconds",
+        )  # fmt: skip
     robot, feet = session.recipe.robot, tuple(session.recipe.robot.feet)
     six_axis = is_six_axis_robot(robot)
     channels = (
@@ -196,7 +203,7 @@ def note_carried(session: Session[Any], forces_n: FloatArray, name: str, *, walk
     if walking:
         foot_of = [foot for foot, spec in robot.feet.items() for _ in spec.cells]
         known = {f.where for f in session.noted if f.severity == "alarm"}
-        found = check_walking_cells(forces_n, robot.cell_names, foot_of)
+        found = check_walking_cells(forces_n, robot.cell_names, foot_of, name)
         session.note(f for f in found if f.where not in known)
 
 

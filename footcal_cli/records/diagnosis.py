@@ -44,6 +44,8 @@ class CauseRecord(Record):
     """Of each effect of a set of rivals, all of them taken as equally likely beforehand."""
     agreement_p: float | None = None
     """p of its sizes being the same in all experiments that know of it."""
+    written: str = ""
+    """The hole or the weight that it is about, as the log calls it."""
 
 
 class EffectRowRecord(Record):
@@ -63,6 +65,8 @@ class EffectRowRecord(Record):
     informative_blocks: float | None
     status: Literal["present", "absent", "undecided", "not_testable"]
     reason: str
+    written: str = ""
+    """The hole or the weight that it is about, as the log calls it."""
 
 
 class NextExperimentRecord(Record):
@@ -115,6 +119,13 @@ class FollowedRecord(Record):
     says: Literal["there", "gone", "open", "unseen"]
 
 
+class HeldRecord(Record):
+    """An effect that the calibration in use corrects already, and whose it is."""
+
+    effect: str
+    owners: tuple[str, ...]
+
+
 class RangeRecord(Record):
     """What is known of one parameter of the extended model, to draw it from in a simulation.
 
@@ -158,7 +169,8 @@ class DiagnosisRecord(Versioned):
     `experiments` are those of a joint diagnosis, empty for a single one.
 
     `suspects` are the first rivals, for the log after this one. `after` and `survivors` tell what
-    became of the rivals of the log before, where one was given (`--after`).
+    became of the rivals of the log before, where one was given (`--after`). `holds` are the effects
+    of the calibration that the diagnosis started from: what it corrects already is not found.
     """
 
     schema_name: Literal["footcal.diagnosis"] = Field(default="footcal.diagnosis", alias="schema")
@@ -167,6 +179,7 @@ class DiagnosisRecord(Versioned):
         "none", "named", "ambiguous", "named+unknown", "unknown", "underpowered", "bad-data"
     ]
     sentence: str
+    holds: tuple[HeldRecord, ...] = ()
     causes: tuple[CauseRecord, ...] = ()
     rivals: tuple[tuple[str, ...], ...] = ()
     experiment: str = ""

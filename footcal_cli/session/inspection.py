@@ -24,6 +24,8 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
 from footcal_cli.session.spells import hanging_spells
+from footcal_cli.session.stamps import stamp_unit
+from footcal_cli.session.unloaded import still_cells, without_lost
 from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION, TableType
 from footcal_cli.tables.table import Table
 
@@ -127,13 +129,13 @@ def _weights(table: Table, robot: Robot) -> list[Finding]:
         for name, part in dict.fromkeys(zip(channel, session, strict=True)):
             stamps = table.number("time_s")[(channel == name) & (session == part)]
             where = f"{name} {part}".strip()
-            found += body_stream.check_stamp_unit(stamps, where, slowest_s=_SLOWEST_BENCH_S)
+            found += stamp_unit(table, stamps, where, _SLOWEST_BENCH_S, by_hand=True)
     return found
 
 
 def _weights_stream(table: Table, robot: Robot) -> list[Finding]:
     time_s, names = table.number("time_s"), _kept(table)
-    found = body_stream.check_stamp_unit(time_s, table.path.name, slowest_s=_SLOWEST_BENCH_S)
+    found = stamp_unit(table, time_s, table.path.name, _SLOWEST_BENCH_S)
     for name in names:
         values = table.number(name)
         found += _codes(name, values, robot)
@@ -217,15 +219,9 @@ def _cells(table: Table, robot: Robot) -> list[Finding]:
         values = without_lost(table.numbers([f"{name}_counts" for name in names]), robot)
         found += siblings.check_loose_channels(values, names)
         found += check_loose_cells(values, names)
-        still = siblings.check_dead_channels(values, names)
+        still = still_cells(values, names, table.path.name)
         found += still or siblings.check_turned_channels(values, names)
     return found
-
-
-def without_lost(values: FloatArray, robot: Robot) -> FloatArray:
-    """Readings, NaN where the logger wrote that a sample was lost; same shape."""
-    lost = robot.adc.lost_reading
-    return values if lost is None else np.where(values == lost, np.nan, values)
 
 
 def _stream(table: Table, robot: Robot) -> list[Finding]:
@@ -234,7 +230,7 @@ def _stream(table: Table, robot: Robot) -> list[Finding]:
     at = {n: n.rpartition("_cop_")[0] for n in _kept(table) if n.endswith(("_cop_x_m", "_cop_y_m"))}
     names = [n for n in _kept(table) if n not in at]
     values = without_lost(table.numbers(names), robot)
-    found = body_stream.check_stamp_unit(time_s, table.path.name)
+    found = stamp_unit(table, time_s, table.path.name)
     found += quality.check_order(time_s, table.path.name)
     found += quality.check_frozen(time_s, values, table.path.name)
     found += quality.check_stream(time_s, values, names)
@@ -255,7 +251,7 @@ def _stream(table: Table, robot: Robot) -> list[Finding]:
 
 def _body(table: Table, robot: Robot) -> list[Finding]:
     time_s, where = table.number("time_s"), table.path.name
-    found = body_stream.check_stamp_unit(time_s, where)
+    found = stamp_unit(table, time_s, where)
     found += quality.check_order(time_s, where)
     names = _kept(table)
     for name in names:
@@ -321,7 +317,7 @@ def _legs(table: Table, robot: Robot, *, upright: bool = True) -> list[Finding]:
             at = mine & (part == which)
             stamps = table.number("time_s")[at]
             where = f"{name}, {which}".rstrip(", ")
-            found += body_stream.check_stamp_unit(stamps, where, slowest_s=_SLOWEST_LEGS_S)
+            found += stamp_unit(table, stamps, where, _SLOWEST_LEGS_S)
             for c, label in zip(names, labels, strict=True):
                 alike = [i for i, n in enumerate(names) if n.endswith(c[c.rindex("_") :])]
                 step = readings.resolution_of(values[:, alike])

@@ -13,6 +13,7 @@ from footcal_cli.session.inspection import inspect, over_pieces
 from footcal_cli.session.request import Request
 from footcal_cli.session.saturated import FITS, without_saturated
 from footcal_cli.session.spells import without_spells
+from footcal_cli.session.unloaded import over_logs
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.copies import without_copies
 from footcal_cli.tables.longfiles import is_long
@@ -90,6 +91,7 @@ class SessionLogs:
                     self._left_aside.setdefault(path, refusal)
                     continue
             tables.append(self._read(path, table))
+        self._noted = over_logs(self._noted, tables, table, self.recipe.robot)
         if any("load_n" in read and read.number("load_n").any() for read in tables):
             # a log of the empty cell, next to others under weights
             self._noted = [finding for finding in self._noted if finding.code != "no_load"]
@@ -122,6 +124,7 @@ class SessionLogs:
                 self._left_aside.setdefault(path, refusal)
             else:
                 tables.append(self._read(path, table))
+        self._noted = over_logs(self._noted, tables, table, self.recipe.robot)
         kept, findings = without_copies(tables, within=table.name in _ROW_BY_ROW)
         self.note(findings)
         return [log for log in kept if log is not None]

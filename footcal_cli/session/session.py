@@ -323,10 +323,34 @@ def _with_next_step(outcome: Outcome) -> Outcome:
 _SEVERITIES = ("alarm", "warning", "note")
 
 
+def _notes_merged(findings: Iterable[Finding]) -> list[Finding]:
+    """Findings with one note in place of notes that say the same of several logs."""
+    alike: dict[tuple[str, ...], list[Finding]] = {}
+    for f in findings:
+        own = () if f.severity == "note" else (f.where,)
+        alike.setdefault((f.code, f.severity, f.sentence, f.remedy, *own), []).append(f)
+    return [
+        several[0] if len(several) == 1 else replace(several[0], where=_together(several))
+        for several in alike.values()
+    ]
+
+
+def _together(findings: Sequence[Finding]) -> str:
+    names = [f.where for f in findings]
+    if len(names) <= _MOST_NAMED:
+        return ", ".join(names)
+    return f"{names[0]} … {names[-1]} ({len(names)})"
+
+
+_MOST_NAMED = 4
+
+
 def _with_findings(outcome: Outcome, noted: Iterable[Finding]) -> Outcome:
     """The outcome with all findings, gravest first, each once; its verdict no better than they."""
     once = {(f.code, f.where, f.sentence): f for f in (*outcome.findings, *noted)}
-    findings = tuple(sorted(once.values(), key=lambda f: _SEVERITIES.index(f.severity)))
+    findings = tuple(
+        sorted(_notes_merged(once.values()), key=lambda f: _SEVERITIES.index(f.severity))
+    )
     verdict = outcome.verdict
     if findings and findings[0].severity == "alarm":
         verdict = verdict.model_copy(update={"level": "bad"})

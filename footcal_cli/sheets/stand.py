@@ -220,10 +220,7 @@ def verdict_of(
             f"Next stance to record: {best.name} (+{number(best.gain_nats / log(2.0), 2)} bits of "
             f"information, rank {best.rank})."
         )
-    details.append(
-        f"An error of the stated mass below {number(weighed.hidden_kg, 2)} kg would not show here, "
-        "because zeros and scales are not known better: weigh the robot."
-    )
+    details.append(_how_well_weighed(weighed))
     how = "on held-out stances" if held else "on the fitted stance"
     return VerdictRecord(
         level="good" if known == seen.unknowns and fit.chi2 <= MISFIT * fit.dof else "warning",
@@ -231,6 +228,20 @@ def verdict_of(
         f"{how}.",
         actions=tuple(actions),
         details=tuple(details),
+    )
+
+
+def _how_well_weighed(weighed: Weighed) -> str:
+    """Which error of the stated mass cells could not show, and what the recipe says of it."""
+    hidden, stated = number(weighed.hidden_kg, 2), weighed.stated_sd_kg
+    if stated is not None and stated < weighed.hidden_kg:
+        return (
+            f"The mass is taken as known to {number(stated, 2)} kg, as mass_sd_kg says: the cells "
+            f"would show an error of more than {hidden} kg only."
+        )
+    return (
+        f"An error of the stated mass below {hidden} kg would not show here, "
+        "because zeros and scales are not known better: weigh the robot."
     )
 
 

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from footcal_cli.core.quality import Finding
+from footcal_cli.core.signals import Clock, missing_in
 from footcal_cli.core.static_init import MISFIT
 from footcal_cli.intake.recordings import Recording
 from footcal_cli.report import plural
+
+PAUSE_S = 1.0
+"""Loggers lose samples for less; a longer gap between stances is where the robot was moved."""
 
 
 def stream_findings(recording: Recording, *, walking: bool = True) -> Iterator[Finding]:
     """Gaps, repeated and backward stamps of both clocks, a missing angular momentum."""
     merged = recording.merged
-    for stream, clock in (("cells", merged.sensor_clock), ("body", merged.body_clock)):
+    for stream, both in (("cells", merged.sensor_clock), ("body", merged.body_clock)):
+        # between stances a recording is stopped: nothing is missing there
+        clock = both if walking else without_pauses(both)
         if recording.no_body and stream == "body":
             continue
         where = f"{recording.name} ({stream})"
@@ -37,6 +44,15 @@ def stream_findings(recording: Recording, *, walking: bool = True) -> Iterator[F
             f"the log has no rate of angular momentum: it is {_estimated_as(walking)}",
             "log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model",
         )  # fmt: skip
+
+
+def without_pauses(clock: Clock) -> Clock:
+    """The clock without gaps of more than `PAUSE_S`."""
+    short = clock.gap_s[clock.gap_s <= PAUSE_S]
+    return replace(
+        clock, gaps=int(short.size), longest_gap_s=float(short.max(initial=0.0)), gap_s=short,
+        missing=missing_in(short, clock.period_s),
+    )  # fmt: skip
 
 
 def _estimated_as(walking: bool) -> str:

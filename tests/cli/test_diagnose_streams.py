@@ -20,11 +20,13 @@ KG = np.array([0, 1, 3, 5, 3, 1, 0, 1, 3, 5, 3, 1, 0], dtype=np.float64)
 def test_samples_while_a_hand_puts_a_weight_on_do_not_count() -> None:
     """Within 0.3 s of each change no cell feels what stands in the log; a press never rests."""
     time_s = np.arange(KG.size * 80) * np.float64(0.1)
-    rests = at_rest(time_s, 9.8 * np.repeat(KG, 80), PlateauSettings())
+    load = 9.8 * np.repeat(KG, 80)
+    rests = at_rest(time_s, load, 2e5 + 3.5e4 * load, PlateauSettings())
     near = np.abs(np.arange(time_s.size)[:, None] - 80 * np.arange(1, KG.size)).min(axis=1) < 3
     assert not rests[near].any()
     assert rests.mean() > 0.7
-    assert at_rest(time_s, 50 * np.sin(time_s), PlateauSettings()).all()
+    press = 50 * np.sin(time_s)
+    assert at_rest(time_s, press, 2e5 + 3.5e4 * press, PlateauSettings()).all()
 
 
 def test_loads_in_the_recipe_and_the_temperature_in_the_log_are_read(

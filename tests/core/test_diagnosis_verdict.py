@@ -23,6 +23,7 @@ from footcal_cli.core.diagnosis.verdicts import _verdict
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.lines import Line
 from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.written import Written
 from footcal_cli.sheets.diagnosis.sentences import _surest
 
 QUIET = Detection(
@@ -143,7 +144,8 @@ def test_a_cause_that_is_sure_and_small_is_quoted_with_its_size(
     one = SimpleNamespace(
         effects=(row,), rules=Rules(), before=SimpleNamespace(p=1e-5), search=refused
     )
-    found = cast(Investigation, SimpleNamespace(rounds=(one,)))
+    case = SimpleNamespace(written=Written())
+    found = cast(Investigation, SimpleNamespace(rounds=(one,), case=case))
     sentence = _surest(found)
     assert (sentence is not None) == said
     if sentence is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import special
 
 from footcal_cli.core.bench.channel import ChannelFit, Prediction, fit_channel
+from footcal_cli.core.bench.hands import out_of_step
 from footcal_cli.core.bench.ladder import Ladder, climb
 from footcal_cli.core.bench.law_of_noise import with_law_of_noise
 from footcal_cli.core.bench.moving import never_still, without_lags
@@ -327,19 +328,19 @@ def find_loads(record: BenchRecord, options: PlateauOptions, loads_n: Sequence[f
     first = 0
     for part in record.sessions():
         own = find_plateaus(record.time_s[part], record.reading[part], options)
-        steady = own
-        if np.isfinite(record.load_n[part]).all():
-            steady = find_plateaus(record.time_s[part], record.load_n[part], options.of_loads)
+        steady, stamps, load = own, record.time_s[part], record.load_n[part]
+        if np.isfinite(load).all():
+            steady = find_plateaus(stamps, load, options.of_loads)
         state[part] = np.where(own.state >= SampleState.GLITCH, own.state, steady.state)
+        late = out_of_step(stamps, load, own, options.window_s)
+        state[part][late & (state[part] == SampleState.SETTLED)] = SampleState.MOVING
         hold[part] = _levels(steady, first)
         first = int(hold.max()) + 1
     usable = state == SampleState.SETTLED
     if not usable.any():
-        problem, remedy = why_no_hold(record.time_s, record.reading, options)
-        raise DataError(
-            f"no hold was found: {problem}", column=record.channel,
-            remedy=f"{remedy} in [offline_fit.plateaus]",
-        )  # fmt: skip
+        why, remedy = why_no_hold(record.time_s, record.reading, options)
+        remedy += " in [offline_fit.plateaus]"
+        raise DataError(f"no hold was found: {why}", column=record.channel, remedy=remedy)
     hold = np.where(usable, hold, -1)
     load = record.load_n.copy()
     if len(loads_n):

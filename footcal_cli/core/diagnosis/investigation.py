@@ -12,6 +12,7 @@ from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.gain import Gain, gains_of
 from footcal_cli.core.diagnosis.kinds import of_another_kind
+from footcal_cli.core.diagnosis.likeliest import by_the_likeliest
 from footcal_cli.core.diagnosis.material import Nameless
 from footcal_cli.core.diagnosis.odd_spell import OddSpell, odd_spell
 from footcal_cli.core.diagnosis.path import (
@@ -177,7 +178,7 @@ def _answered(
             return named(subject, happened(subject, way, verdict))
         stands = standing(subject, way, verdict, share, rules, seed)
         if stands.holds:
-            answer = named(subject, stands)
+            answer = named(subject, by_the_likeliest(subject, stands, rules, seed))
             if verdict is not Verdict.NAMED or _sized(problem, stands.path, answer.found):
                 return answer
         # what was chosen without a block does not predict it, or is chosen only with all of them

@@ -14,6 +14,7 @@ from footcal_cli.core.experiments.contract import Experiment
 from footcal_cli.core.inference.lines import Series
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.tracking import Direction
+from footcal_cli.core.inference.written import Written
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 from footcal_cli.core.signals import begins, median_sd, starts_of
@@ -75,6 +76,8 @@ class Case:
     known
         Precision with which the calibration was known before these logs, in the order of
         `calibration`, shape (p, p); None where these logs alone say what it is.
+    written
+        What the files call holes and weights.
     """
 
     experiment: Experiment
@@ -101,6 +104,7 @@ class Case:
     finding_n: float = 0.0
     finding_nm: float = 0.0
     known: FloatArray | None = None
+    written: Written = field(default_factory=Written)
 
     @cached_property
     def judged(self) -> tuple[Log, ...]:

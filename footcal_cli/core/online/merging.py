@@ -273,7 +273,7 @@ def _sensor_rows(sensors: SensorStream) -> tuple[IntArray, Clock, BoolArray]:
     clock = clock_of(sensors.time_s)
     if clock.keep.size < 4:
         raise DataError(
-            f"too few samples have increasing stamps: {clock.keep.size}",
+            f"only {clock.keep.size} of {sensors.time_s.size} samples have increasing stamps",
             remedy="check the stamps (footcal check), or record a longer log",
         )
     time_s = sensors.time_s[clock.keep]

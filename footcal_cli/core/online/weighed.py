@@ -31,11 +31,14 @@ class Weighed:
         The recipe's mass.
     mass_kg, sd_kg
         By the cells as they were known before.
+    stated_sd_kg
+        How well the recipe says that its mass is known; None where it does not.
     """
 
     stated_kg: float
     mass_kg: float
     sd_kg: float
+    stated_sd_kg: float | None = None
 
     @property
     def sigmas(self) -> float:

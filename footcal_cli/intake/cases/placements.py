@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footcal_cli.core.diagnosis.labels import Elsewhere, relabelled
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.placements import EXPERIMENT
 from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.written import Written
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, ParameterSet
 from footcal_cli.core.plausibility import check_shares
@@ -23,6 +26,7 @@ from footcal_cli.intake.cases.shared import (
     chain_of,
     in_order,
     known_before,
+    load_unit,
     needs_time,
 )
 from footcal_cli.recipe.options import DiagnoseOptions
@@ -82,6 +86,10 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         groups={f"{foot}.{o}": o for foot in robot.feet for o in ("fz", "moment_x", "moment_y")},
     )
     case, elsewhere = relabelled(case)
+    name = np.concatenate([t.text("placement") for t in tables])
+    unit, newtons = load_unit(tables)
+    holes = holes_written(case, foot, hole, np.where(load != 0.0, name, ""))
+    case = replace(case, written=Written(holes, unit, newtons))
     findings += _labels_found(elsewhere)
     untested, instead = _left_out_with(session, load), {}
     if not timed and not any(_sorted(log) for log in logs):
@@ -89,6 +97,33 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     elif not timed:
         untested |= needs_time(EXPERIMENT, "the rows have no time stamps and are sorted")
     return CaseRead(case, findings, untested, instead)
+
+
+def holes_written(
+    case: Case, foot: NDArray[Any], hole_m: FloatArray, name: NDArray[Any]
+) -> dict[int, str]:
+    """Number of a hole -> its name in the log and its place, of each foot that has it.
+
+    Parameters
+    ----------
+    foot, hole_m, name
+        Of every row: foot, place and name, shapes (n,), (n, 2), (n,); no name of an empty plate.
+    """
+    found: dict[int, list[str]] = {}
+    for log in case.logs:
+        own = log.channels[0].rpartition("_")[0]
+        places: list[tuple[float, ...]] = []
+        for number in np.unique(log.known["hole"]).tolist():
+            at = log.known["hole_m"][log.known["hole"] == number][0]
+            there = (foot == own) & np.all(np.abs(hole_m - at) < 1e-6, axis=1)
+            names = {str(n) for n in name[there]} - {""}
+            said = f"hole {names.pop()}" if len(names) == 1 else "hole"
+            place = f"{1000 * at[0]:.5g}, {1000 * at[1]:.5g} mm".replace("-", "−")
+            again = "some visits to " if tuple(at) in places else ""
+            which = f" of {own}" if len(case.logs) > 1 else ""
+            found.setdefault(int(number), []).append(f"{again}{said} at {place}{which}")
+            places.append(tuple(at))
+    return {number: " or ".join(names) for number, names in found.items()}
 
 
 def _sorted(log: Log) -> bool:

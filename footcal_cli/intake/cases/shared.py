@@ -22,6 +22,8 @@ from footcal_cli.errors import DataError
 from footcal_cli.recipe.options import DiagnoseOptions
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParameterRecord, ParametersRecord
+from footcal_cli.tables.table import Table
+from footcal_cli.tables.units import SPELLINGS
 
 if TYPE_CHECKING:
     from footcal_cli.intake.recordings import Recording
@@ -141,6 +143,16 @@ def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
     }
     kept = {name: value for name, value in record.parameters.items() if name not in taken}
     return record.model_copy(update={"effects": (), "parameters": kept, "covariance": ()})
+
+
+def load_unit(tables: Sequence[Table]) -> tuple[str, float]:
+    """Unit in which the loads are written, in short, and how many newtons one of it is."""
+    columns = [c for table in tables for c in table.read_as if c.name.endswith("load_n")]
+    newtons = columns[0].factor if columns else None
+    if newtons is None:
+        return "N", 1.0
+    full = columns[0].unit.removesuffix(" (its weight)")
+    return next((short for short, name in SPELLINGS.items() if name == full), full), newtons
 
 
 def affine_parameters(channels: Sequence[str], values: dict[str, float]) -> tuple[Parameter, ...]:

@@ -7,29 +7,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from footcal_cli.core.bench.hands import out_of_step
 from footcal_cli.core.bench.ladder import promising
-from footcal_cli.core.bench.plateaus import find_plateaus
+from footcal_cli.core.bench.plateaus import PlateauOptions, find_plateaus
 from footcal_cli.core.bench.record import BenchRecord
 from footcal_cli.core.bench.regression import fit_affine
-from footcal_cli.core.bench.study import ChannelStudy, find_loads, study_rows
+from footcal_cli.core.bench.study import ChannelStudy, find_loads
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.blocks import cut_blocks, even_cycles
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.experiments.weights import EXPERIMENT
 from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.written import Written
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray, ParameterSet
 from footcal_cli.core.quality import Finding
-from footcal_cli.intake.bench import plateau_options, sessions_of
+from footcal_cli.intake.bench import plateau_options, records_of_rows, sessions_of, studies_of
 from footcal_cli.intake.cases.shared import (
     CaseRead,
     affine_parameters,
     baseline_of,
     chain_of,
+    load_unit,
     needs_time,
 )
 from footcal_cli.intake.cases.together import read_together
-from footcal_cli.recipe.options import DiagnoseOptions, PlateauSettings
+from footcal_cli.recipe.options import DiagnoseOptions, OfflineFitOptions, PlateauSettings
 from footcal_cli.session.inspection import weights_findings
 from footcal_cli.tables.columns import weights_stream_table, weights_table
 from footcal_cli.tables.table import Table
@@ -50,11 +53,12 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     findings: list[Finding] = []
     streams = _running(session)
     if streams:
+        tables = streams
         logs, timed = _stream_logs(session, streams), True
     else:
         tables = session.read_required(weights_table())
         findings = weights_findings(tables, session.recipe.robot, None)
-        logs, timed = _row_logs(tables)
+        logs, timed = _row_logs(tables, plateau_options(_plateaus(session)))
     channels = tuple(log.channels[0] for log in logs)
     chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
     values |= _affine_start(logs, values)
@@ -74,13 +78,17 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         stride=_stride(logs),
         one_recording=bool(streams),
         groups=dict.fromkeys(channels, "force"),
+        written=Written({}, *load_unit(tables)),
     )
     untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
     return CaseRead(case, findings, untested)
 
 
-def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
-    """One log per channel of long tables, and whether rows have time stamps."""
+def _row_logs(tables: Sequence[Table], plateaus: PlateauOptions) -> tuple[list[Log], bool]:
+    """One log per channel of long tables, and whether rows have time stamps.
+
+    Of rows that are samples of a recording only those count in which a weight lies still.
+    """
     channel = np.concatenate([t.text("channel") for t in tables])
     block = sessions_of(tables, pauses=True)
     columns = {
@@ -99,10 +107,12 @@ def _row_logs(tables: Sequence[Table]) -> tuple[list[Log], bool]:
         if known_temperature:
             known["temperature_degc"] = columns["temperature_degc"][at]
         _, own = np.unique(block[at], return_inverse=True)
-        logs.append(
-            Log("weights", (str(name),), stamps, columns["counts"][at, None], known,
-                own.astype(np.int64))
-        )  # fmt: skip
+        own = own.astype(np.int64)
+        counts = columns["counts"][at]
+        record = BenchRecord(str(name), known["load_n"][:, 0], counts, stamps, own, timed=timed)
+        if record.recorded:
+            known["load_n"] = find_loads(record, plateaus, ()).settled.load_n[:, None]
+        logs.append(Log("weights", (str(name),), stamps, counts[:, None], known, own))
     return logs, timed
 
 
@@ -132,7 +142,8 @@ def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> 
             good = np.isfinite(counts) & (np.isfinite(load) | ("load_n" not in table))
             time_s, load = table.number("time_s")[good], load[good]
             if "load_n" in table:
-                load = np.where(at_rest(time_s, load, _plateaus(session)), load, np.nan)
+                lies = at_rest(time_s, load, counts[good], _plateaus(session))
+                load = np.where(lies, load, np.nan)
             known = {"load_n": load[:, None]}
             if np.isfinite(warmth := table.optional("temperature_degc")[good]).all():
                 known["temperature_degc"] = warmth
@@ -144,15 +155,21 @@ def _stream_logs(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> 
     return logs
 
 
-def at_rest(time_s: FloatArray, load: FloatArray, settings: PlateauSettings) -> BoolArray:
+def at_rest(
+    time_s: FloatArray, load: FloatArray, counts: FloatArray, settings: PlateauSettings
+) -> BoolArray:
     """Samples in which a weight lies still, shape (n,); all under a reference that never does.
 
     While a hand puts a weight on, the load that stands there is not the one that the cell feels.
     """
     if load.size < _FEWEST or np.any(np.diff(time_s) < 0):
         return np.ones(load.size, dtype=np.bool_)
-    still = find_plateaus(time_s, load, plateau_options(settings).of_loads).hold >= 0
-    return np.asarray(still if still.mean() > _MOSTLY else np.ones_like(still))
+    options = plateau_options(settings)
+    still = find_plateaus(time_s, load, options.of_loads).hold >= 0
+    if still.mean() <= _MOSTLY:
+        return np.ones_like(still)
+    own = find_plateaus(time_s, counts, options)
+    return np.asarray(still & ~out_of_step(time_s, load, own, options.window_s))
 
 
 def _loads(session: Session[DiagnoseOptions], table: Table, channel: str) -> FloatArray:
@@ -192,11 +209,13 @@ def _affine_start(logs: Sequence[Any], values: dict[str, float]) -> dict[str, fl
 _LEVEL, _WORTH = 0.001, 0.9
 
 
-def found_alone(read: CaseRead, found: Investigation) -> list[ChannelStudy]:
+def found_alone(
+    session: Session[DiagnoseOptions], read: CaseRead, found: Investigation
+) -> list[ChannelStudy]:
     """Cells that surely need more than a scale and a bias where none was named.
 
     `offline-fit` judges every cell by its own rows; a diagnosis asks for evidence from many blocks.
-    What the one command surely finds the other must not deny.
+    What the one command surely finds the other must not deny: its own records and options are used.
     """
     case = read.case
     alone = all(len(log.channels) == 1 for log in case.logs)
@@ -204,18 +223,13 @@ def found_alone(read: CaseRead, found: Investigation) -> list[ChannelStudy]:
     nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN, Verdict.UNDERPOWERED)
     if not nameless or not rows_of_cells or len(case.chain.links) > 1:
         return []
-    # of weights only what needs stamps is untested
-    records = (
-        BenchRecord(
-            log.channels[0], log.known["load_n"][:, 0], log.readings[:, 0], log.time_s, log.block,
-            log.known.get("temperature_degc"), timed=not read.untested,
-        )
-        for log in case.logs
-    )  # fmt: skip
-    return [
-        study for record in records
-        if promising(record) and _surely(study := study_rows(record), len(case.logs))
-    ]  # fmt: skip
+    recipe = session.recipe
+    options = recipe.options_for(OfflineFitOptions, "offline_fit", {})
+    records = records_of_rows(session.read_required(weights_table()), recipe.robot.adc.bits)
+    # climbing the ladder of a few rows costs more than to see that nothing will come of it
+    likely = [record for record in records if record.recorded or promising(record)]
+    studies = studies_of(likely, options, recipe.robot.gravity_mps2, len(records))
+    return [study for study in studies if _surely(study, len(case.logs))]
 
 
 def _surely(study: ChannelStudy, cells: int) -> bool:

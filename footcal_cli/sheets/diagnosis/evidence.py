@@ -16,6 +16,7 @@ from footcal_cli.core.diagnosis.evidence_table import (
     rival_row,
 )
 from footcal_cli.core.diagnosis.investigation import Investigation
+from footcal_cli.core.inference.written import Written
 from footcal_cli.plots.words import words
 from footcal_cli.report import Sheet, number
 from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, share_text, with_interval
@@ -26,11 +27,11 @@ _HOW_TO_READ = (
     "not matter. Undecided: the interval straddles it, the effect fails a test, or such a size is "
     "not possible and another effect resembles it. Matters from: the size whose visible part "
     "changes an output by the tolerance. Found from: the size these data would have shown 4 times "
-    "in 5. Gain: share of the squared error of all outputs together that goes on blocks the effect "
-    "was not fitted to (worse: it more than doubles), and in how many blocks; the sentence at the "
-    "top is about one output and its RMS error. By chance: probability that random signs of whole "
-    "blocks make any effect of the table look this strong. Visible: share that the calibration "
-    "cannot absorb."
+    "in 5. Gain: share of the RMS error of all outputs together, each in units of its noise, that "
+    "goes on blocks the effect was not fitted to (worse: it more than doubles), and in how many "
+    "blocks; the sentence at the top is about the output where it shows most. By chance: "
+    "probability that random signs of whole blocks make any effect of the table look this strong. "
+    "Visible: share that the calibration cannot absorb."
 )
 
 
@@ -43,7 +44,7 @@ _WITHOUT_NAME = {
 def evidence_sheet(found: Investigation) -> Sheet:
     """One row per effect that was tested, by gain."""
     rows = [
-        _evidence_row(row, found.problem.blocks)
+        _evidence_row(row, found.problem.blocks, found.case.written)
         for row in table_rows(found)
         if row.status is not EffectStatus.NOT_TESTABLE
     ]
@@ -87,6 +88,9 @@ def table_rows(found: Investigation) -> list[EffectRow]:
         seen.add(mine)
         rivals = [r for r in {r.effect: r for r in cause.rivals}.values() if r.effect not in seen]
         weighed = [rival_row(item.answer, rival, mine) for rival in rivals]
+        if item.answer.causes and item.answer.causes[0].signature.effect != mine:
+            # weighed where the set was found, as its rivals are, not beside its first effect
+            row = rival_row(item.answer, cause.signature, mine) or row
         row = found_row(row, [rival.effect for rival in rivals])
         row = replace(row, signature=cause.signature, size=cause.size)
         # blocks say nothing of what happened once
@@ -108,7 +112,7 @@ def _row_of(rows: Sequence[EffectRow], effect: str) -> EffectRow | None:
     return next((r for r in rows if r.signature.effect == effect), None)
 
 
-def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
+def _evidence_row(row: EffectRow, blocks: int, written: Written) -> tuple[str, ...]:
     factor, unit = handy_unit(row.size.value, row.signature.unit)
     verdict = str(row.status).replace("_", " ")
     if row.reason.startswith(AS_GOOD):
@@ -118,16 +122,21 @@ def _evidence_row(row: EffectRow, blocks: int) -> tuple[str, ...]:
         verdict += ": size not possible"
     return (
         words(row.signature.effect),
-        row.signature.where,
+        written.named(row.signature) or row.signature.where,
         verdict,
         with_interval(scaled(row.size, factor), unit) if np.isfinite(row.size.low) else "–",
         _size(factor * row.smallest, unit),
         _size(factor * row.detectable, unit),
-        share_text(row.gain, sign=True),
+        share_text(of_rms(row.gain), sign=True),
         f"{row.blocks_better} of {blocks}",
         number(row.p, 2),
         f"{100 * row.visible:.0f} %",
     )
+
+
+def of_rms(gain: float) -> float:
+    """The share of the RMS error that goes where such a share of the squared error does."""
+    return 1.0 - float(np.sqrt(1.0 - min(gain, 1.0)))
 
 
 def _size(value: float, unit: str) -> str:

@@ -9,6 +9,7 @@ from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.written import Written
 from footcal_cli.intake.cases.shared import CaseRead
 from footcal_cli.records.diagnosis import (
     CauseRecord,
@@ -20,6 +21,7 @@ from footcal_cli.records.diagnosis import (
 from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.experiment import experiment_words
+from footcal_cli.sheets.diagnosis.held import held_by
 from footcal_cli.sheets.diagnosis.words import better_blocks, main_gain, matters, remedy_of
 
 
@@ -29,7 +31,7 @@ def record_of(
     """``diagnosis.json``."""
     last = found.rounds[-1].before
     first = found.rounds[0].before
-    rows = [_row_record(row) for row in table_rows(found)]
+    rows = [_row_record(row, found.case.written) for row in table_rows(found)]
     rows += [
         _absent_record(name, reason)
         for name, reason in [
@@ -41,6 +43,7 @@ def record_of(
         experiment_kind=found.case.experiment.name,
         verdict=found.verdict.value,
         sentence=answer.verdict.sentence,
+        holds=held_by(found.case),
         causes=tuple(_cause_record(found, item) for item in found.found),
         rivals=answer.rivals,
         experiment=experiment_words(answer.experiment),
@@ -122,10 +125,11 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
         probability=cause.probability,
         matters=matters(item),
         remedy=remedy_of(found, item),
+        written=found.case.written.named(signature),
     )  # fmt: skip
 
 
-def _row_record(row: EffectRow) -> EffectRowRecord:
+def _row_record(row: EffectRow, written: Written) -> EffectRowRecord:
     signature: Signature = row.signature
     tested = row.status is not EffectStatus.NOT_TESTABLE
     return EffectRowRecord(
@@ -143,6 +147,7 @@ def _row_record(row: EffectRow) -> EffectRowRecord:
         informative_blocks=row.informative,
         status=row.status.value,
         reason=row.reason,
+        written=written.named(signature),
     )
 
 

@@ -29,6 +29,7 @@ from footcal_cli.sheets.diagnosis.followed import (
     suspect_records,
 )
 from footcal_cli.sheets.diagnosis.gains import gain_sheets, method_note, movement_sheets
+from footcal_cli.sheets.diagnosis.held import held_words
 from footcal_cli.sheets.diagnosis.pictures import pictures_of
 from footcal_cli.sheets.diagnosis.record import record_of
 from footcal_cli.sheets.diagnosis.sentences import most_informative, nothing_testable
@@ -83,6 +84,8 @@ def outcome_of(
     left = left_over(found, became)
     if became:
         answer = answer.with_detail(followed_words(became, left))
+    if held := held_words(found.case):
+        answer = answer.with_detail(held)
     record = record_of(found, answer, read, asked.rules, seed)
     followed = {
         "suspects": suspect_records(found, table), "after": followed_records(became),

@@ -24,10 +24,10 @@ from footcal_cli.sheets.diagnosis.words import (
     handy,
     handy_unit,
     matters,
-    place_words,
     remedy_of,
     shape_words,
     size_words,
+    subject_words,
     together,
 )
 
@@ -37,7 +37,7 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
     small, surest = _repeats(found), _surest(found)
     details = [text for text in (small, surest) if text is not None]
     if found.nearest:
-        nearest = "; ".join(cause_words(item) for item in found.nearest)
+        nearest = "; ".join(cause_words(item, found.case.written) for item in found.nearest)
         details.append(
             f"Nearest in the table: {nearest}. It is not reported: it does not predict blocks "
             "that were left out of the fit, or is not chosen without them."
@@ -58,8 +58,8 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
         return "Nothing that matters: what the table explains of the residual is small.", details
     if last.before.p < last.rules.alpha_unknown:
         return (
-            "Nothing that matters: the residual is not all noise "
-            f"(p = {number(last.before.p, 2)}), and no effect of the table explains it.",
+            "Nothing that matters: the residual is more than noise "
+            f"(p = {number(last.before.p, 2)}), but small and like no effect of the table.",
             details,
         )
     return "No unmodelled effect found: the residual looks like noise.", details
@@ -80,9 +80,10 @@ def _surest(found: Investigation) -> str | None:
     factor, unit = handy_unit(row.size.value, row.signature.unit)
     needed = f"{number(factor * row.smallest, 2)} {unit}".rstrip()
     return (
-        f"Surest of the table, and too small to matter: {words(row.signature.effect)} in "
-        f"{row.signature.where}, {handy(row.size, row.signature.unit)} (from "
-        f"{needed} on it would matter; p = {number(row.p, 2)})."
+        "Surest of the table, and too small to matter: "
+        f"{subject_words(row.signature, found.case.written)}, "
+        f"{handy(row.size, row.signature.unit)} (from {needed} on it would matter; "
+        f"p = {number(row.p, 2)})."
     )
 
 
@@ -149,8 +150,7 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
         sure = together(words(f.cause.signature.effect) for f in certain)
         sentence += f" (in addition to {sure}, which is certain)"
     lines = [
-        f"Were it {words(f.cause.signature.effect)}{place_words(f.cause.signature.where)}: "
-        f"{size_words(f)}."
+        f"Were it {subject_words(f.cause.signature, found.case.written)}: {size_words(f)}."
         for f in found.found
         if f.cause.rivals
     ]

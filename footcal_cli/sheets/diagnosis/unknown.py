@@ -31,7 +31,9 @@ def unknown(found: Investigation, untested: Mapping[str, str]) -> tuple[str, lis
         sentence = f"Something happened once: {found.odd.finding.sentence}."
     details = []
     if found.nearest:
-        nearest = "; ".join(f"{cause_words(item)}{_or_rivals(item)}" for item in found.nearest)
+        nearest = "; ".join(
+            f"{cause_words(item, found.case.written)}{_or_rivals(item)}" for item in found.nearest
+        )
         details.append(f"Nearest: {nearest}, but the residual is still too large.")
     details += refused_lines([item for r in found.rounds for item in r.search.refused])
     return sentence, [*details, *cannot_lines(found, untested)]

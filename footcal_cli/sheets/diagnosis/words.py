@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
-from footcal_cli.core.diagnosis.gain import Gain
+from footcal_cli.core.diagnosis.gain import Gain, bought
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Signature
+from footcal_cli.core.inference.written import Written
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.records.display_units import display_unit
 from footcal_cli.report import number, plural, power_of_ten
@@ -118,8 +120,8 @@ def shape_words(item: Found) -> str:
 
 
 def main_gain(found: Investigation) -> Gain | None:
-    """The output that surely gained most: by the lower end of its interval."""
-    return max(found.gains, key=lambda g: g.change.low, default=None)
+    """The output where the names show most: by what they remove in units of the noise."""
+    return max(found.gains, key=lambda g: bought([g], found.problem), default=None)
 
 
 def better_blocks(gain: Gain) -> int:
@@ -180,15 +182,21 @@ def rival_groups(found: Investigation) -> tuple[tuple[str, ...], ...]:
     return tuple(groups)
 
 
-def cause_words(item: Found) -> str:
+def subject_words(signature: Signature, written: Written) -> str:
+    """An effect with its place: a cell, or the hole or weight by the log's own name."""
+    which = written.named(signature)
+    where = f" ({which})" if which else place_words(signature.where)
+    return f"{words(signature.effect)}{where}"
+
+
+def cause_words(item: Found, written: Written) -> str:
     """One effect with place and sizes."""
-    signature = item.cause.signature
-    return f"{words(signature.effect)}{place_words(signature.where)}, {size_words(item)}"
+    return f"{subject_words(item.cause.signature, written)}, {size_words(item)}"
 
 
 def causes_words(found: Investigation) -> str:
     """All named effects with place and sizes."""
-    return "; ".join(cause_words(item) for item in found.found)
+    return "; ".join(cause_words(item, found.case.written) for item in found.found)
 
 
 def not_testable(found: Investigation, untested: Mapping[str, str]) -> dict[str, list[str]]:

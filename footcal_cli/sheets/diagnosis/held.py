@@ -1,0 +1,48 @@
+"""What the calibration in use holds already: effects that a diagnosis therefore cannot find.
+
+Part of the room `sheets`, beside `footcal_cli.sheets.diagnosis.answer`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from footcal_cli.core.inference.case import Case, channels_of
+from footcal_cli.plots.words import words
+from footcal_cli.records.diagnosis import HeldRecord
+from footcal_cli.sheets.diagnosis.words import together
+
+_MOST_NAMED = 3
+
+
+def held_by(case: Case) -> tuple[HeldRecord, ...]:
+    """Effects of the chain that a diagnosis starts from, besides scales and biases."""
+    return tuple(
+        HeldRecord(effect=link.effect.name, owners=tuple(link.owners))
+        for link in case.chain.links
+        if link.effect.name not in case.experiment.calibration
+    )
+
+
+def held_words(case: Case) -> str:
+    """The same in a sentence; empty where it holds none."""
+    every = channels_of(case.logs)
+    held = [f"{words(h.effect)}{_of(h.owners, every)}" for h in held_by(case)]
+    return f"The calibration in use already holds: {', '.join(held)}." if held else ""
+
+
+def _of(owners: Sequence[str], channels: Sequence[str]) -> str:
+    """`` of left``: the foot where it is of all its cells, else the first of the owners."""
+    if list(owners) in (["robot"], [""]):
+        return ""
+    groups: dict[str, set[str]] = {}
+    for name in channels:
+        groups.setdefault(name.rpartition("_")[0], set()).add(name)
+    left, said = dict.fromkeys(owners), list[str]()
+    for foot, own in groups.items():
+        if foot and len(own) > 1 and own <= left.keys():
+            said.append(foot)
+            left = {name: None for name in left if name not in own}
+    said += left
+    more = f" and {len(said) - _MOST_NAMED} more" if len(said) > _MOST_NAMED else ""
+    return f" of {', '.join(said[:_MOST_NAMED])}{more}" if more else f" of {together(said)}"
