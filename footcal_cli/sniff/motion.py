@@ -65,7 +65,20 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
             if length and name.endswith(("_x_m", "_y_m", "_z_m")):
                 default = length
             entries[name] = of(column, column.unit or default)
-    return _without_other_frames(entries, file)
+    return _on_the_floor(_without_other_frames(entries, file))
+
+
+def _on_the_floor(entries: dict[str, Entry]) -> dict[str, Entry]:
+    """The motion with z = 0 for feet of which x and y alone are logged: soles flat on the floor."""
+    feet = [name.removesuffix("_foot_x_m") for name in entries if name.endswith("_foot_x_m")]
+    if not {"com_x_m", "com_y_m", "com_z_m"} <= set(entries):
+        return entries
+    flat = [foot for foot in feet if f"{foot}_foot_y_m" in entries]
+    if len(flat) < len(feet) or any(f"{foot}_foot_z_m" in entries for foot in feet):
+        return entries
+    why = "not logged: the sole is taken to lie on the floor, from where the CoM's z counts"
+    said = Entry(value="0.0", sure="guess", why=why)
+    return entries | {f"{foot}_foot_z_m": said for foot in flat}
 
 
 def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[str, Entry]:
