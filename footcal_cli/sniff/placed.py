@@ -16,7 +16,16 @@ from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.cells import WEIGHTS, WHERE
 from footcal_cli.sniff.groups import channel_names, slug
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
-from footcal_cli.sniff.plan import Blank, Entry, LogPlan, load_entry, of, reading_entry, times
+from footcal_cli.sniff.plan import (
+    NOT_SAID,
+    Blank,
+    Entry,
+    LogPlan,
+    load_entry,
+    of,
+    reading_entry,
+    times,
+)
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.sniff.which_cell import as_label, followers, named_alike, one_cell_moves
 
@@ -24,7 +33,7 @@ _LEAST = 3
 """So many cells share a load, on so many holes."""
 _FOLLOWS, _EXPLAINED = 0.95, 0.98
 """What the load explains of a reading under weights of its own; what load and hole explain here."""
-ASKED = "?"
+ASKED = NOT_SAID
 """The place of a hole that no log says."""
 HOLES = Blank(
     ('# in [columns]: each "?" of hole_x_m and hole_y_m becomes the place of that hole, in mm from',
