@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from footcal_cli.core.online.six_axis import BELOW_SHARE, PRIOR_SD
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import interpolate_slow
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
@@ -32,11 +33,14 @@ from footcal_cli.recipe import Foot, Robot
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import TableType, body_table, cells_table, six_axis_feet_table
+from footcal_cli.tables.places import every_entry
 from footcal_cli.tables.table import Table
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
+_NAMED = 8
+"""So many columns are named in one finding."""
 _DRIFT_SHARE = 0.005
 """What a cell's zero may move by, of the robot's weight, since it was calibrated."""
 
@@ -239,6 +243,8 @@ def _pairs(
     bodies: list[Table] = []
     if role == "body" or session.holds(body_type, role):
         bodies = [t for t in session.read_in_order(body_type, role, copies=True) if t is not None]
+    else:
+        session.note(_incomplete(session, body_type))
     if bodies and len(bodies) != len(in_order):
         raise UsageError(
             f"{len(in_order)} sensor logs but {len(bodies)} body logs",
@@ -247,6 +253,27 @@ def _pairs(
     kept = [i for i, table in enumerate(in_order) if table is not None]
     sensors = [table for table in in_order if table is not None]
     return with_parts_joined(sensors, [bodies[i] for i in kept] if bodies else [])
+
+
+def _incomplete(session: Session[Any], body_type: TableType) -> Iterator[Finding]:
+    """The first log whose motion is left out because columns are missing, and which these are."""
+    needed = [column.name for column in body_type.columns if not column.optional]
+    for path in filter(Path.is_file, session.paths("cells")):
+        found = every_entry(body_type, session.recipe.reading(path), path)[0].found
+        there = [name for name in needed if name in found and name != "time_s"]
+        lacks = [name for name in needed if name not in found]
+        if not there or not lacks:
+            continue
+        flat = all(name.endswith("_foot_z_m") for name in lacks)
+        yield Finding(
+            "body_incomplete", "warning", path.name,
+            f"the motion is left out: {', '.join(there[:_NAMED])} … are there, "
+            f"{', '.join(lacks[:_NAMED])} {'is' if len(lacks) == 1 else 'are'} missing",
+            "where soles lie on the floor from which the CoM's z counts, say in [columns]: "
+            + ", ".join(f"{name} = {{ value = 0.0 }}" for name in lacks) if flat
+            else "log them, or map them in [columns]",
+        )  # fmt: skip
+        return
 
 
 def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:

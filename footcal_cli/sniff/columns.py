@@ -26,6 +26,7 @@ from footcal_cli.sniff.clocks import (
 from footcal_cli.sniff.derived import without_derived
 from footcal_cli.sniff.flight import with_flight_angles
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
+from footcal_cli.sniff.lettered import with_lettered_cells
 from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess
 from footcal_cli.sniff.pivots import pivot_of
@@ -119,7 +120,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     ]
     columns = [
         c.as_quantity("other", "likely", "the clock of one topic alone")
-        if c.quantity == "time" and c.column in halting else c for c in columns
+        if c.quantity == "time" and c.column in halting else c for c in with_lettered_cells(columns)
     ]  # fmt: skip
     if text.layout.line:
         columns = [taking_turns(part_of_the_words(column)) for column in columns]
@@ -200,7 +201,7 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     found = without_derived(with_flight_angles(without_supply(_one_statistic(columns))))
     found = _without_silent([_numbered(column) for column in found])
     found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
-    if not any(column.quantity == "load" for column in found):
+    if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
         others = [c for c in counted if c.quantity in ("reading", "unknown")]

@@ -9,11 +9,13 @@ from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import without_unit
-from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.six_axis_feet import MOTION
 from footcal_cli.sniff.still_feet import on_still_feet
+from footcal_cli.sniff.units import VOLTAGES
+from footcal_cli.sniff.which_cell import named_alike
 
 
 def with_body(
@@ -68,6 +70,7 @@ def with_one_name(
 ) -> tuple[list[Part], list[FileGuess]]:
     """Weights whose cells are called as the columns of a walk or foot, under their names there."""
     cells: dict[str, str] = {}
+    columns: dict[str, ColumnGuess] = {}
     for part in parts:
         if part.plan.role != "weights":
             foot = part.plan.entries.get("foot")
@@ -76,9 +79,38 @@ def with_one_name(
                 if name.endswith("_counts") and entry.column is not None:
                     cell = before + name.removesuffix("_counts")
                     cells[entry.column.column] = cells[without_unit(entry.column.column)] = cell
-    renamed = [replace(part, plan=_renamed(part.plan, cells)) for part in parts]
+                    columns.setdefault(entry.column.column, entry.column)
+    renamed = [
+        replace(part, plan=_renamed(part.plan, cells, [*columns.values()])) for part in parts
+    ]
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
-    return [replace(p, plan=_weighed(p.plan, weighed)) for p in renamed], list(others)
+    voltage = _voltage(renamed)
+    return [
+        replace(p, plan=_in_voltage(_weighed(p.plan, weighed), voltage)) for p in renamed
+    ], list(others)
+
+
+def _voltage(parts: Sequence[Part]) -> str | None:
+    """The one unit of the voltages that logs of weights say; None without."""
+    plans = [part.plan for part in parts if part.plan.role == "weights"]
+    places = [own for plan in plans for own in (plan.entries, *plan.wide.values())]
+    units = {own["counts"].unit for own in places if "counts" in own}
+    unit = units.pop() if len(units) == 1 else None
+    return unit if unit in VOLTAGES or unit == "mV/V" else None
+
+
+def _in_voltage(plan: LogPlan, unit: str | None) -> LogPlan:
+    """A plan whose readings are no whole counts, in the unit of the weights on the same cells."""
+    if unit is None or plan.role == "weights":
+        return plan
+    why = "a voltage, as under the weights"
+    entries = {
+        name: replace(entry, unit=unit, sure="guess", why=why)
+        if name.endswith("_counts") and entry.unit is None and entry.column is not None
+        and not entry.column.counts else entry
+        for name, entry in plan.entries.items()
+    }  # fmt: skip
+    return replace(plan, entries=entries)
 
 
 def _weighed(plan: LogPlan, weighed: set[str]) -> LogPlan:
@@ -89,10 +121,15 @@ def _weighed(plan: LogPlan, weighed: set[str]) -> LogPlan:
     return replace(plan, blanks=kept)
 
 
-def _renamed(plan: LogPlan, cells: Mapping[str, str]) -> LogPlan:
+def _renamed(
+    plan: LogPlan, cells: Mapping[str, str], columns: Sequence[ColumnGuess]
+) -> LogPlan:  # fmt: skip
     """A plan for weights with the cells' texts under the given names, if each has one."""
     channel = plan.entries.get("channel")
     given = {name: cells.get(_column(plan, name), cells.get(name)) for name in plan.channels}
+    if None in given.values() and plan.role == "weights":
+        alike = named_alike(plan.channels, columns)
+        given = {name: cells[alike[name].column] if alike else None for name in given}
     renamed = {name: cell for name, cell in given.items() if cell is not None}
     if plan.role != "weights" or len(renamed) < len(given) or all(n == c for n, c in given.items()):
         return plan

@@ -25,7 +25,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
-    "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt "
+    "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt pesa pesas pesata "
     "massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
@@ -37,11 +37,13 @@ _SPELLINGS: dict[Quantity, str] = {
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
-    "series serie reihe messreihe série",
+    "series serie reihe messreihe série round runde zyklus ciclo ronda vuelta pasada cycles tour "
+    "tornata giro repetición repeticion pass",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
     "orientation": "orientation lage attitude ori",
-    "placement": "placement hole point position loch punkt place spot pose",
+    "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
+    "agujero orificio foro furo",
     "contact": "contact kontakt stance",
     "pressure": "pressure druck pression",
     "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "
@@ -107,6 +109,20 @@ SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "r
           **dict.fromkeys(("rechte", "rechter", "rechtes", "derecha", "derecho", "destra",
                            "destro", "direita", "direito", "höger", "højre", "правая",
                            "правый"), "right")}  # fmt: skip
+DIRECTIONS = {
+    word: sign
+    for sign, spellings in {
+        "1": "up loading load increasing inc ascending asc rising auf aufwärts aufwaerts hoch "
+        "belasten belastung steigend subida subiendo carga cargando montée montee charge salita "
+        "carico salendo subindo carregando omhoog opp upp вверх нагружение 加载 載荷 加載",
+        "-1": "down unloading unload decreasing dec descending desc falling ab abwärts abwaerts "
+        "runter entlasten entlastung fallend bajada bajando descarga descargando descente décharge "
+        "decharge discesa scarico scendendo descida descarregando omlaag ned вниз разгружение 卸载 "
+        "除荷 卸載",
+    }.items()
+    for word in spellings.split()
+}
+"""Whether weights are put on or taken off, in words -> a recipe's direction."""
 ANGLES = {
     word: axis
     for axis, spellings in {

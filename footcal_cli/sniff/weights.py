@@ -121,7 +121,7 @@ def weights(
         if recorded(file, load) and not labels:
             return _stream(file, {one_name: cell}, entries, asked)
         direction = file.of("direction")
-        if direction and direction[0].values is not None:
+        if direction and (direction[0].values is not None or direction[0].names):
             entries["direction"] = of(direction[0])
         entries |= {"channel": channel, "counts": reading_entry(cell)}
         return LogPlan(
