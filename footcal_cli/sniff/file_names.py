@@ -90,6 +90,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(group, plan, names), paths, names.match))
         )  # fmt: skip
+    if len(six) == 1 and not first.of("load") and (hung := _legs_per_orientation(group, names)):
+        return hung
     if len(readings(first)) > 1 and not stated and not six:
         both = cell_and_load(group, *names.with_unit)
         if both is not None:
@@ -154,6 +156,31 @@ def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:
         warnings=(*plan.warnings, *found.warnings),
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
+
+
+def _legs_per_orientation(group: list[FileGuess], names: Names) -> Part | None:
+    """One file per orientation of a body that carries several transducers, a row for each."""
+    first = numbered(group[0])
+    plan = plan_of(first)
+    if plan is None or first.of("orientation") or attitude_of(first, None) is not None:
+        return None
+    words = tuple(called([file.path for file in group]))
+    codes = np.repeat(np.arange(len(group)), [file.rows for file in group])
+    why = "the files' names"
+    column = ColumnGuess(
+        why, NameGuess("orientation"), None, "likely", why, words=words, codes=codes
+    )  # fmt: skip
+    whole = plan_of(as_one(group, (column,)))
+    hung = None if whole is None else whole.entries.get("orientation")
+    if whole is None or hung is None or len({*hung.names.values()}) < _LEAST_ORIENTATIONS:
+        return None
+    expression = "^(.+/.+)$" if names.of_folders else "^(.+)$"
+    clock = {name: plan.entries[name] for name in ("time_s",) if name in plan.entries}
+    orientation = Entry(file_name=expression, sure="likely", why=why, names=hung.names)
+    entries = {**whole.entries, **clock, "orientation": orientation}
+    made = replace(whole, file=group[0], entries=entries, rate_hz=plan.rate_hz,
+                   kind=f"{whole.kind}, one file per orientation")  # fmt: skip
+    return Part(made, tuple(file.path for file in group), names.match)
 
 
 def _per_load(group: list[FileGuess], names: Names) -> Part | None:

@@ -41,7 +41,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "tornata giro repetición repeticion pass",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
-    "orientation": "orientation lage attitude ori",
+    "orientation": "orientation lage attitude ori orientacion orientación orientação orientamento",
     "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
     "agujero orificio foro furo",
     "contact": "contact kontakt stance",
@@ -123,12 +123,23 @@ DIRECTIONS = {
     for word in spellings.split()
 }
 """Whether weights are put on or taken off, in words -> a recipe's direction."""
+LEGS = {"leg", "legs", "limb", "bein", "beine", "fuss", "fuß", "foot", "pata", "pierna", "patte",
+        "jambe", "gamba", "zampa", "perna", "poot", "noga", "нога", "足", "脚", "腿"}  # fmt: skip
+"""How a column is called that says of which leg a row is."""
+SHAFTS = {"hip", "hips", "hfe", "hpe", "thigh", "coxa", "femur", "huefte", "hüfte", "hüftwinkel",
+          "hueftwinkel", "hüftgelenk", "oberschenkel", "cadera", "muslo", "fémur", "hanche",
+          "cuisse", "anca", "quadril", "heup", "höft", "бедро", "股関節", "髋", "髖"}  # fmt: skip
+"""Joints that turn a whole leg."""
+JOINTS = {"haa", "kfe", "knee", "knie", "rodilla", "genou", "ginocchio", "joelho", "abd",
+          "abduction", "abduktion", "abducción", "abduccion", "abduzione", "adduction", "tibia",
+          "shank", "calf", "kniewinkel", "колено", "膝", "ankle", "tobillo"}  # fmt: skip
+"""Other joints of a leg."""
 ANGLES = {
     word: axis
     for axis, spellings in {
-        "roll": "roll bank rollwinkel wankwinkel rollen wanken wank roulis alabeo rollio "
+        "roll": "roll bank rollwinkel wankwinkel rollen wanken wank roulis alabeo balanceo rollio "
         "крен 横滚角 横滚 ロール角 ロール",
-        "pitch": "pitch elevation nickwinkel nicken nick tangage cabeceo beccheggio "
+        "pitch": "pitch elevation nickwinkel nicken nick tangage cabeceo beccheggio arfagem "
         "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
         "yaw": "yaw heading gierwinkel gieren gier lacet guiñada imbardata "
         "рыскание 偏航角 偏航 ヨー角 ヨー",

@@ -318,7 +318,7 @@ def hang_table() -> TableType:
         (
             Column(
                 "orientation",
-                "axis along gravity (+x -x +z -z), or a name",
+                "axis along gravity (+x -x +z -z), or `names` that say it",
                 kind="text",
                 optional=True,
             ),

@@ -101,7 +101,9 @@ def test_an_experiment_too_short_to_be_tested_is_no_good_one(
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
     assert [one.verdict for one in record.experiments] == ["none", "underpowered"]
     assert (record.verdict, record.causes) == ("underpowered", ())
-    assert "No unmodelled effect found in straight weights; not tested: one day's" in record.sentence
+    assert (
+        "No unmodelled effect found in straight weights; not tested: one day's" in record.sentence
+    )
     assert "one day's weights by itself: Too few blocks" in answer.out
 
 

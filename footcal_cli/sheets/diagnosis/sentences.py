@@ -29,6 +29,7 @@ from footcal_cli.sheets.diagnosis.words import (
     shape_words,
     size_words,
     together,
+    where_of,
 )
 
 
@@ -81,7 +82,7 @@ def _surest(found: Investigation) -> str | None:
     needed = f"{number(factor * row.smallest, 2)} {unit}".rstrip()
     return (
         f"Surest of the table, and too small to matter: {words(row.signature.effect)} in "
-        f"{row.signature.where}, {handy(row.size, row.signature.unit)} (from "
+        f"{where_of(row.signature)}, {handy(row.size, row.signature.unit)} (from "
         f"{needed} on it would matter; p = {number(row.p, 2)})."
     )
 
@@ -149,7 +150,7 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
         sure = together(words(f.cause.signature.effect) for f in certain)
         sentence += f" (in addition to {sure}, which is certain)"
     lines = [
-        f"Were it {words(f.cause.signature.effect)}{place_words(f.cause.signature.where)}: "
+        f"Were it {words(f.cause.signature.effect)}{place_words(where_of(f.cause.signature))}: "
         f"{size_words(f)}."
         for f in found.found
         if f.cause.rivals
@@ -246,7 +247,7 @@ def _detail_lines(found: Investigation) -> list[str]:
         if shape:
             lines.append(f"Its shape: {shape}.")
         if cause.places:
-            places = together([cause.signature.where, *(s.where for s in cause.places)], "or")
+            places = together(map(where_of, (cause.signature, *cause.places)), "or")
             lines.append(f"Where it sits is open: {places}.")
         agree = "; its size is the same in all blocks"
         if cause.heterogeneity > 0.3:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -10,7 +11,9 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.gain import Gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
+from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.inference.evidence import Interval
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.records.display_units import display_unit
 from footcal_cli.report import number, plural, power_of_ten
@@ -21,12 +24,20 @@ def place_words(where: str) -> str:
     return "" if where in ("", "robot") else f" in {where}"
 
 
+def where_of(signature: Signature) -> str:
+    """Where an effect sits: a six-axis transducer has axes where others have cells."""
+    if not is_six_axis(signature.owners):
+        return signature.where
+    return _CELLS.sub(lambda found: f"ax{'es' if found[1] else 'is'}", signature.where)
+
+
 def together(names: Iterable[str], last: str = "and") -> str:
     """``a, b and c``."""
     items = list(dict.fromkeys(names))
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}"
 
 
+_CELLS = re.compile(r"\bcell(s?)\b")
 _PLAIN_FROM = 0.5
 _POWER_BELOW = 1e-3
 """Smaller numbers share a power of ten with the ends of their interval."""
@@ -183,7 +194,7 @@ def rival_groups(found: Investigation) -> tuple[tuple[str, ...], ...]:
 def cause_words(item: Found) -> str:
     """One effect with place and sizes."""
     signature = item.cause.signature
-    return f"{words(signature.effect)}{place_words(signature.where)}, {size_words(item)}"
+    return f"{words(signature.effect)}{place_words(where_of(signature))}, {size_words(item)}"
 
 
 def causes_words(found: Investigation) -> str:
