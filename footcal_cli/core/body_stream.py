@@ -189,15 +189,15 @@ def check_acceleration(
     ]  # fmt: skip
 
 
-def note_differentiated(com_acc_mps2: FloatArray) -> list[Finding]:
-    """Say that an acceleration (n, 3) that nobody logged is the second derivative of the CoM."""
+def note_differentiated(com_acc_mps2: FloatArray, *, velocity: bool = False) -> list[Finding]:
+    """Say that an acceleration (n, 3) that nobody logged is a derivative, and of what."""
     if np.isfinite(com_acc_mps2).any():
         return []
+    of = "derivative of its velocity" if velocity else "second derivative of its position"
     return [
         Finding(
             "acceleration_differentiated", "note", "com_acc",
-            "the log has no acceleration of the CoM: the second derivative of its position is "
-            "taken", "log it too where the estimator has it (com_acc_x_mps2 …): it is less noisy",
+            f"the log has no acceleration of the CoM: the {of} is taken", "log it too where the estimator has it (com_acc_x_mps2 …): it is less noisy",
         )
     ]  # fmt: skip
 
