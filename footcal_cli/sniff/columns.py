@@ -16,6 +16,7 @@ from footcal_cli.sniff.clocks import (
     increases,
     nearly_increases,
     noted_in_seconds,
+    one_clock,
     one_time,
     rate_of,
     restarts,
@@ -198,7 +199,7 @@ def _where_read(column: ColumnGuess) -> ColumnGuess:
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = without_derived(with_flight_angles(without_supply(_one_statistic(columns))))
-    found = _without_silent([_numbered(column) for column in found])
+    found = _without_silent(one_clock([_numbered(column) for column in found], found))
     found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
     if not any(column.quantity == "load" for column in found):
         counted = [_counted(c) for c in found]
