@@ -16,7 +16,7 @@ from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names, escaped, loads_named
-from footcal_cli.sniff.groups import channel_names, readings, wrenches
+from footcal_cli.sniff.groups import readings, slug, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
@@ -197,7 +197,7 @@ def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
         six, theirs = wrenches(numbered(file)), seconds_of(file.of("time")[0])
         for c in next(iter(six.values())).values() if six else readings(file):
             name = replace(c.name, side=side, owner="")
-            name = replace(name, place="" if six else name.place or next(iter(channel_names([c]))))
+            name = replace(name, place="" if six else name.place or slug(c.column))
             made = replace(c, name=name)
             if i > 0:
                 made = replace(made, column=f"{stem}.{c.column}")

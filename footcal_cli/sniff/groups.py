@@ -162,7 +162,7 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
     if all(addresses) and len(set(addresses)) == len(addresses):
         names = [a if not a[0].isdigit() else f"cell_{a}" for a in addresses]
     else:
-        names = [_slug(c.column) for c in columns]
+        names = [slug(c.column) for c in columns]
     if len({*names}) < len(names):  # of letters that no recipe's key has the numbers are left
         numbers = [re.findall(r"\d+", split_unit(c.column)[0])[-1:] for c in columns]
         counted = ["_".join([c.name.address.rpartition("_")[0] or c.name.address, *n])
@@ -173,7 +173,8 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
     return dict(zip(names, columns, strict=True))
 
 
-def _slug(name: str) -> str:
+def slug(name: str) -> str:
+    """A name as part of a recipe's key, without its unit or the word for a reading."""
     letters = "".join(
         c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c)
     )

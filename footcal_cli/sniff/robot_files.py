@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -9,11 +10,12 @@ from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import without_unit
-from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
-from footcal_cli.sniff.plan import Entry, LogPlan
+from footcal_cli.sniff.plan import IN_NEWTON, Entry, LogPlan
 from footcal_cli.sniff.six_axis_feet import MOTION
 from footcal_cli.sniff.still_feet import on_still_feet
+from footcal_cli.sniff.units import split_unit
 
 
 def with_body(
@@ -76,9 +78,85 @@ def with_one_name(
                 if name.endswith("_counts") and entry.column is not None:
                     cell = before + name.removesuffix("_counts")
                     cells[entry.column.column] = cells[without_unit(entry.column.column)] = cell
-    renamed = [replace(part, plan=_renamed(part.plan, cells)) for part in parts]
+    streamed = {
+        name.removesuffix("_counts"): entry.column
+        for part in parts if part.plan.role == "cells"
+        for name, entry in part.plan.entries.items()
+        if name.endswith("_counts") and entry.column is not None
+    }  # fmt: skip
+    renamed = [
+        replace(part, plan=_renamed(part.plan, _alike(part.plan, streamed) or cells))
+        for part in parts
+    ]
+    renamed = _in_one_unit(renamed)
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
     return [replace(p, plan=_weighed(p.plan, weighed)) for p in renamed], list(others)
+
+
+def _alike(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
+    """Channels of weights -> the cells of a stream whose names end alike, each with one of its own.
+
+    ``L_FL`` is ``adc_L_FL``, ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``.
+    """
+    plain = {cell: _plain(column.column) for cell, column in cells.items()}
+    found = {}
+    for channel in plan.channels:
+        words = {_plain(channel), _plain(_column(plan, channel))}
+        same = [cell for cell in cells if cell == channel]
+        own = same or [
+            cell for cell, name in plain.items()
+            if any(name.endswith(word) or word.endswith(name) for word in words)
+        ]  # fmt: skip
+        if len(own) != 1:
+            return {}
+        found[channel] = own[0]
+    return found if len({*found.values()}) == len(found) else {}
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", split_unit(name)[0]).lower()
+
+
+def _in_one_unit(parts: list[Part]) -> list[Part]:
+    """Readings of a cell on a bench and in a stream as they stand where one of both has no unit.
+
+    The bench says how many newtons one of its numbers is; a stream in kg would be weighed twice.
+    """
+    units: dict[str, set[str | None]] = {}
+    for part in parts:
+        for channel, entry in _read(part.plan):
+            units.setdefault(channel, set()).add(entry.unit)
+    bare = {channel for channel, said in units.items() if None in said and len(said) > 1}
+    return [
+        replace(part, plan=_as_it_stands(part.plan, bare))
+        if any(c in bare for c, _ in _read(part.plan)) else part for part in parts
+    ]  # fmt: skip
+
+
+def _read(plan: LogPlan) -> list[tuple[str, Entry]]:
+    """Readings of a plan by channel."""
+    found = [(n.removesuffix("_counts"), e) for n, e in plan.entries.items() if n != "counts"
+             and n.endswith("_counts")]  # fmt: skip
+    found += [(channel, own["counts"]) for channel, own in plan.wide.items() if "counts" in own]
+    if "counts" in plan.entries:
+        found += [(channel, plan.entries["counts"]) for channel in plan.channels]
+    return found
+
+
+def _as_it_stands(plan: LogPlan, channels: set[str]) -> LogPlan:
+    """A plan with readings whose unit is left out."""
+    why = "as it stands: its weights say what one of it is"
+    entries = {
+        name: replace(e, unit=None, why=why)
+        if name.removesuffix("_counts") in channels or name == "counts" else e
+        for name, e in plan.entries.items()
+    }  # fmt: skip
+    wide = {
+        channel: {name: replace(e, unit=None) if name == "counts" else e for name, e in own.items()}
+        for channel, own in plan.wide.items()
+    }
+    robot = tuple(table for table in plan.robot if table != IN_NEWTON)
+    return replace(plan, entries=entries, wide=wide, robot=robot)
 
 
 def _weighed(plan: LogPlan, weighed: set[str]) -> LogPlan:

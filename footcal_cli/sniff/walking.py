@@ -16,6 +16,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.bodies import GRID_S, Body, body_of
+from footcal_cli.sniff.feet_weighed import in_kilograms
 from footcal_cli.sniff.groups import readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
@@ -35,6 +36,7 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
     bodies = [body_of(file) for file in files]
     files = [file if body is None else body.file for file, body in zip(files, bodies, strict=True)]
+    files = [in_kilograms(file) for file in files]
     found = [body for body in bodies if body is not None]
     body = found[0] if len(found) == 1 else None
     cells = [
@@ -42,7 +44,7 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         if file.of("time") and not file.of("load") for c in readings(file)
     ]  # fmt: skip
     feet = _by_names([c for _, c in cells])
-    if body is not None and any(side not in body.swings for side in feet):
+    if body is not None and not (feet and {*feet} <= body.swings.keys()):
         feet = _by_steps(body, files, cells)
     elif body is None and not any(len(side) > 1 and c.name.side != side
                                   for (_, c), side in zip(cells, feet, strict=True)):  # fmt: skip
