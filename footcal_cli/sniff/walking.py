@@ -46,10 +46,7 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     feet = _by_names([c for _, c in cells])
     if body is not None and not (feet and {*feet} <= body.swings.keys()):
         feet = _by_steps(body, files, cells)
-    elif body is None and not any(len(side) > 1 and c.name.side != side
-                                  for (_, c), side in zip(cells, feet, strict=True)):  # fmt: skip
-        return files
-    if not feet:
+    if not feet or (body is None and [c.name.side for _, c in cells] == feet):
         return files
     named = _named([c for _, c in cells], feet)
     made = {(i, c.column): new for (i, c), new in zip(cells, named, strict=True)}
