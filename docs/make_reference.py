@@ -106,6 +106,7 @@ def columns_page() -> str:
         "placements": columns.placements_table(("fl", "fr", "rl", "rr")),
         "cop_points": columns.cop_points_table(),
         "cells": columns.cells_table(cells),
+        "zeros": columns.zeros_table(cells),
         "six_axis_feet": columns.six_axis_feet_table(("left",)),
         "body": columns.body_table(("left",)),
         "hang": columns.hang_table(),

@@ -86,7 +86,11 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
     estimates = as_unsure_as_weighed(
         fit.estimates, weighed.shared_sd(robot.mass_share_sd), weight_n * fit.per_newton
     )
-    return replace(found, parameters=feet_calibration(session, estimates))
+    # a force is judged by the stated weight, which is as unsure as the mass
+    unsure = {**found.reference_sd, "vgrf": weight_n * robot.mass_share_sd}
+    return replace(
+        found, parameters=feet_calibration(session, estimates), reference_sd=unsure
+    )  # fmt: skip
 
 
 def _on_transducers(

@@ -28,6 +28,7 @@ from footcal_cli.intake.recordings import (
 from footcal_cli.intake.streams import body_stream_of, sensor_stream_of
 from footcal_cli.intake.walk_length import pieces_of
 from footcal_cli.intake.wiring import wiring_of
+from footcal_cli.intake.zeros import use_zeros
 from footcal_cli.session.inspection import over_pieces
 from footcal_cli.tables.columns import TableType, body_table, cells_table, truth_table
 from footcal_cli.tables.longfiles import give_back, rows_about
@@ -261,7 +262,8 @@ class LongWalk:
         for table in self.read(cells_table(robot.cell_names), "cells"):
             stream = sensor_stream_of(table, robot.cell_names, (), robot.adc.lost_reading)
             if self.belief is None:
-                self.belief = prior_belief(session.parameters, robot, robot.cell_names)
+                zeros = use_zeros(session, robot.cell_names)
+                self.belief = prior_belief(session.parameters, robot, robot.cell_names, zeros)
                 self._places = cells_in_feet(robot)
                 self._names["cells"] = table.path.name
             start = self.belief

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from footcal_cli.core.online.six_axis import BELOW_SHARE, PRIOR_SD
 from footcal_cli.core.online.streams import BodyStream, Merged, MergeRule, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.plausibility import check_total_force, check_walking_cells
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import interpolate_slow
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
@@ -28,15 +29,20 @@ from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.continued import with_parts_joined
 from footcal_cli.intake.streams import body_stream_of, no_body, sensor_stream_of
 from footcal_cli.intake.wiring import wiring_of
+from footcal_cli.intake.zeros import Zeros, use_zeros
 from footcal_cli.recipe import Foot, Robot
 from footcal_cli.records.effects import effect_of
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import TableType, body_table, cells_table, six_axis_feet_table
+from footcal_cli.tables.places import every_entry
 from footcal_cli.tables.table import Table
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
+_NAMED = 8
+"""So many columns are named in one finding."""
+_LEAST_BIAS_SD_N = 1e-3
 _DRIFT_SHARE = 0.005
 """What a cell's zero may move by, of the robot's weight, since it was calibrated."""
 
@@ -90,10 +96,11 @@ def read_recordings(
         six_axis_feet_table(feet) if is_six_axis_robot(robot) else cells_table(robot.cell_names)
     )
     sensors, bodies = _pairs(session, sensor_type, body_table(feet))
+    zeros = None if is_six_axis_robot(robot) else use_zeros(session, robot.cell_names)
     if body_needed and not bodies:
         raise _body_missing(session, body_table(feet), sensors[0].path)
     return [
-        _read_one(session, table, bodies[i] if bodies else None, rule, experiment)
+        _read_one(session, table, bodies[i] if bodies else None, rule, experiment, zeros)
         for i, table in enumerate(sensors)
     ]
 
@@ -113,8 +120,9 @@ def _walker(session: Session[Any]) -> Robot:
 
 
 def _read_one(
-    session: Session[Any], table: Table, body: Table | None, rule: MergeRule, experiment: str
-) -> Recording:
+    session: Session[Any], table: Table, body: Table | None, rule: MergeRule, experiment: str,
+    zeros: Zeros | None,
+) -> Recording:  # fmt: skip
     """One sensor log and its body stream, merged; what looks wrong is noted."""
     robot, feet = session.recipe.robot, tuple(session.recipe.robot.feet)
     six_axis = is_six_axis_robot(robot)
@@ -131,7 +139,7 @@ def _read_one(
             merged = replace(merged, log=log)
     else:
         assert robot.mass_kg is not None, "a walker"
-        belief = prior_belief(session.parameters, robot, channels)
+        belief = prior_belief(session.parameters, robot, channels, zeros)
         moving = None if body is None else _moving(stream, motion, rule, robot.mass_kg)
         stream, belief, places = _checked_cells(session, table, stream, belief, moving, experiment)
         merged = merge_cells(
@@ -239,6 +247,8 @@ def _pairs(
     bodies: list[Table] = []
     if role == "body" or session.holds(body_type, role):
         bodies = [t for t in session.read_in_order(body_type, role, copies=True) if t is not None]
+    else:
+        session.note(_incomplete(session, body_type))
     if bodies and len(bodies) != len(in_order):
         raise UsageError(
             f"{len(in_order)} sensor logs but {len(bodies)} body logs",
@@ -247,6 +257,27 @@ def _pairs(
     kept = [i for i, table in enumerate(in_order) if table is not None]
     sensors = [table for table in in_order if table is not None]
     return with_parts_joined(sensors, [bodies[i] for i in kept] if bodies else [])
+
+
+def _incomplete(session: Session[Any], body_type: TableType) -> Iterator[Finding]:
+    """The first log whose motion is left out because columns are missing, and which these are."""
+    needed = [column.name for column in body_type.columns if not column.optional]
+    for path in filter(Path.is_file, session.paths("cells")):
+        found = every_entry(body_type, session.recipe.reading(path), path)[0].found
+        there = [name for name in needed if name in found and name != "time_s"]
+        lacks = [name for name in needed if name not in found]
+        if not there or not lacks:
+            continue
+        flat = all(name.endswith("_foot_z_m") for name in lacks)
+        yield Finding(
+            "body_incomplete", "warning", path.name,
+            f"the motion is left out: {', '.join(there[:_NAMED])} … are there, "
+            f"{', '.join(lacks[:_NAMED])} {'is' if len(lacks) == 1 else 'are'} missing",
+            "where soles lie on the floor from which the CoM's z counts, say in [columns]: "
+            + ", ".join(f"{name} = {{ value = 0.0 }}" for name in lacks) if flat
+            else "log them, or map them in [columns]",
+        )  # fmt: skip
+        return
 
 
 def without_transducer_effects(log: Log, record: ParametersRecord) -> Log:
@@ -288,22 +319,29 @@ def require_feet_of_cells(robot: Robot, path: Path | None) -> None:
 
 
 def prior_belief(
-    record: ParametersRecord | None, robot: Robot, channels: tuple[str, ...]
-) -> Belief:
+    record: ParametersRecord | None, robot: Robot, channels: tuple[str, ...],
+    zeros: Zeros | None = None,
+) -> Belief:  # fmt: skip
     """What is believed of the cells: an earlier calibration, or the nameplate.
 
-    An earlier calibration is widened: mounting a cell moves scale and zero, and so do days.
+    An earlier calibration is widened: mounting a cell moves scale and zero, and so do days. Zeros
+    that were read on the mounted cells (in `record` already) are as sure as they came again.
     """
     plate = robot.nameplate
     if record is not None:
         for channel in channels:
             record.value(f"{channel}.scale")
             record.value(f"{channel}.bias")
+        scale = np.array([record.value(f"{channel}.scale") for channel in channels])
+        drift = plate.mounted_bias_sd_n or min(
+            plate.bias_sd_n, max(BIAS_SD_N, _DRIFT_SHARE * (robot.weight_n or 0.0))
+        )
+        if zeros is not None and zeros.sd_n(scale) is not None:
+            drift = _LEAST_BIAS_SD_N
         return belief_from(
             record.estimates, channels,
             least_gain_sd=plate.mounted_scale_relative_sd or min(plate.scale_relative_sd, GAIN_SD),
-            least_bias_sd_n=plate.mounted_bias_sd_n
-            or min(plate.bias_sd_n, max(BIAS_SD_N, _DRIFT_SHARE * (robot.weight_n or 0.0))),
+            least_bias_sd_n=drift,
         )  # fmt: skip
     if plate.scale_n_per_count is None:
         raise UsageError(
@@ -312,9 +350,11 @@ def prior_belief(
             "[robot.nameplate]",
         )
     scale = np.full(len(channels), plate.scale_n_per_count)
+    at, sd = (plate.zero_counts, None) if zeros is None else (zeros.counts, zeros.sd_n(scale))
     return nameplate(
-        channels, scale, -scale * plate.zero_counts, plate.scale_relative_sd, plate.bias_sd_n
-    )
+        channels, scale, -scale * at, plate.scale_relative_sd,
+        plate.bias_sd_n if sd is None else max(sd, _LEAST_BIAS_SD_N),
+    )  # fmt: skip
 
 
 def _sd_below(foot: Foot, robot: Robot) -> float:

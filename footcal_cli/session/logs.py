@@ -50,9 +50,10 @@ class SessionLogs:
     def every_path(self) -> list[Path]:
         """All logs: the LOG arguments where given, else those of every role in ``[data]``.
 
-        Not the truth of a simulated log, which is the answer and no recording.
+        Not the truth of a simulated log, which is the answer and no recording, nor the zeros of
+        cells that carry nothing, in which no weight is to be looked for.
         """
-        measured = (role for role in self.recipe.data if role != "truth")
+        measured = (role for role in self.recipe.data if role not in ("truth", "zeros"))
         roles = (path for role in measured for path in self.recipe.data_paths(role))
         return list(self.request.logs) or list(dict.fromkeys(roles))
 
@@ -111,6 +112,10 @@ class SessionLogs:
         self._keep(read)
         self.note(inspect(read, table, robot))
         return self._usable(read, table)
+
+    def read_beside(self, table: TableType, role: str) -> list[Table]:
+        """Logs of a role in ``[data]``, whatever logs are named on the command line."""
+        return [self._read(path, table) for path in self.recipe.data_paths(role)]
 
     def read_any(self, table: TableType) -> list[Table]:
         """Read every log that is of a kind, whatever its role; copies once."""

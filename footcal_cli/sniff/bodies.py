@@ -12,7 +12,6 @@ tell which columns are the velocity and the acceleration of a place :math:`p`, a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -20,17 +19,14 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
+from footcal_cli.sniff.body_columns import foot_names, of_the_com, of_the_feet
+from footcal_cli.sniff.guesses import FileGuess, seconds_of
 from footcal_cli.sniff.names import (
     COMMANDED,
-    NameGuess,
-    Quantity,
     common_start,
-    name_guess,
     words_of,
 )
 from footcal_cli.sniff.triples import (
-    ROLL_PITCH_YAW,
     Axes,
     angles,
     axes_of,
@@ -52,10 +48,6 @@ _CENTRED, _LARGEST_M = 0.5, 20.0
 _ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "g0": 1 / 9.80665}
 _SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2}
 _MOMENTS = ("Nm", "N*m", "N*mm")
-_ROLES = {"com": "com_{}_m", "vel": "com_vel_{}_mps", "acc": "com_acc_{}_mps2",
-          "rate": "angmom_rate_{}_nm"}  # fmt: skip
-_WHY = {"com": "above all feet", "vel": "follows the CoM's velocity",
-        "acc": "follows the CoM's acceleration", "rate": "a moment that is zero on average"}
 _SPOKEN = ("ldot", "hdot", "angmom", "momentum", "drall", "drehimpuls", "undouryou", "amrate",
            "angular", "dh", "dl")  # fmt: skip
 """Parts of names of an angular momentum or its rate."""
@@ -131,9 +123,10 @@ def body_of(file: FileGuess) -> Body | None:
     if 0 in frames:
         heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
         heading = np.interp(at, seconds, heading)
-    names = _foot_names(feet, heading)
+    names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
     in_mm = float(np.median(np.abs(com.values[:, 2]))) > _LARGEST_M
-    columns = _roles(roles) | _of_feet(feet, names, frames, units, in_mm=in_mm)
+    columns = of_the_com({role: m.axes for role, m in roles.items()}, in_mm=in_mm)
+    columns |= of_the_feet([f.axes for f in feet], names, frames, units, in_mm=in_mm)
     left = {c.column for m in others for c in m.axes.columns.values()}
     left |= {c.column for axes in turned for c in axes.columns.values()}
     marked = replace(file, columns=tuple(
@@ -187,14 +180,14 @@ def _steps(moved: _Moving) -> BoolArray:
 
 
 def _feet(moving: Sequence[_Moving]) -> list[_Moving]:
-    """Places that mostly stand, and are higher while they move; of two that move alike the lower."""
+    """Places that mostly stand, and are higher while they move; of two alike the lower."""
     found: list[tuple[_Moving, BoolArray]] = []
     for moved in moving:
         steps, place = _steps(moved), moved.values
         travelled = float(np.max(np.ptp(place[:, :2], axis=0)))
         if not _is_place(moved) or not _MOSTLY_STANDS < 1.0 - steps.mean() < 1.0:
             continue
-        if not _TRAVELS_M < travelled or np.ptp(place[:, 2]) == 0.0:
+        if not travelled > _TRAVELS_M or np.ptp(place[:, 2]) == 0.0:
             continue
         if np.corrcoef(steps, place[:, 2])[0, 1] > _LIFTED:
             found.append((moved, steps))
@@ -253,7 +246,7 @@ def _derivatives(com: _Moving, others: Sequence[_Moving]) -> dict[str, _Moving]:
 
 
 def _bare(moved: _Moving) -> _Moving:
-    """A vector as its numbers are written: ``_ms`` behind a speed is no unit of lengths or times."""
+    """A vector as its numbers are written: ``_m`` behind a speed is no unit of its own."""
     scale = metres_per(moved.axes.columns["x"].unit)
     smooth = moved.smooth
     return replace(moved, values=moved.values / scale, smooth=(
@@ -277,7 +270,9 @@ def _momentum_rate(com: _Moving, others: Sequence[_Moving]) -> _Moving | None:
             left.append((said, moved))
     called = [moved for said, moved in left if said]
     for moved in called:  # of an angular momentum and its rate the rate is taken
-        if any(_ratio(moved.smooth[0], m.smooth[1])[1] > _FOLLOWS for m in called if m is not moved):
+        if any(
+            _ratio(moved.smooth[0], m.smooth[1])[1] > _FOLLOWS for m in called if m is not moved
+        ):
             return moved
     if called:
         return called[0]
@@ -309,91 +304,3 @@ def _unit_of(axes: Axes, across_rad: FloatArray | None) -> str:
     # the line from foot to foot lies across the heading, up to a half turn
     off = [np.nanmedian(np.abs(np.cos(across_rad - heading))) for heading in (yaw, np.radians(yaw))]
     return "deg" if off[1] < off[0] else "rad"
-
-
-def _foot_names(feet: Sequence[_Moving], heading_rad: FloatArray | None) -> list[str]:
-    """Left and right, or the names of legs: by words, else by which foot is on whose left.
-
-    Parameters
-    ----------
-    heading_rad
-        Of the first foot on the grid; None where it is not known.
-    """
-    said = [name_guess(f"{foot.axes.before}x") for foot in feet]
-    if len(feet) > 2:
-        places = [name.place for name in said]
-        if all(places) and len({*places}) == len(feet):
-            return places
-        tokens = [re.sub(r"\W+", "_", t).strip("_").lower() for t in apart([
-            foot.axes.before.rstrip("_. ") for foot in feet
-        ])]  # fmt: skip
-        return tokens if all(tokens) else [f"leg{i + 1}" for i in range(len(feet))]
-    sides = [name.side or {"fl": "left", "fr": "right"}.get(name.place, "") for name in said]
-    if {*sides} == {"left", "right"}:
-        return sides
-    line = feet[1].values[:, :2] - feet[0].values[:, :2]
-    if heading_rad is None:  # feet go forward
-        middle = (feet[0].values + feet[1].values)[:, :2] / 2
-        ahead = np.gradient(middle, axis=0)
-    else:
-        ahead = np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=1)
-    to_the_left = float(np.sum(ahead[:, 0] * line[:, 1] - ahead[:, 1] * line[:, 0]))
-    return ["right", "left"] if to_the_left > 0 else ["left", "right"]
-
-
-def apart(names: Sequence[str]) -> list[str]:
-    """What tells names apart: whole words between what all begin and end with."""
-    head = common_start(names)
-    head = re.sub(r"[^\W\d_]+$", "", head)
-    tail = common_start([name[::-1] for name in names])[::-1]
-    tail = re.sub(r"^[^\W_]+", "", tail)
-    longest = min(map(len, names)) - len(head)
-    tail = tail[-longest:] if longest > 0 and tail else ""
-    return [name[len(head) : len(name) - len(tail)] for name in names]
-
-
-def _roles(roles: Mapping[str, _Moving]) -> dict[str, ColumnGuess]:
-    """Columns of the CoM, of what is derived of it and of the angular momentum."""
-    high = float(np.median(np.abs(roles["com"].values[:, 2]))) > _LARGEST_M
-    made = {}
-    for role, moved in roles.items():
-        if role == "vel" and "acc" in roles:
-            continue
-        for axis, column in moved.axes.columns.items():
-            if axis not in "xyz":
-                continue
-            quantity: Quantity = {"com": "com", "acc": "com_acc"}.get(role, "motion")  # type: ignore
-            name = NameGuess(quantity, axis, owner=_ROLES[role].format(axis))
-            unit = column.unit or ("mm" if high else None) if role == "com" else column.unit
-            made[column.column] = replace(
-                column, name=name, unit=unit, sure="likely", why=_WHY[role]
-            )
-    return made
-
-
-def _of_feet(
-    feet: Sequence[_Moving], names: Sequence[str], frames: Mapping[int, Axes],
-    units: Mapping[int, str], *, in_mm: bool,
-) -> dict[str, ColumnGuess]:  # fmt: skip
-    """Columns of the places and the orientations of feet."""
-    made = {}
-
-    def taken(column: ColumnGuess, foot: str, what: str, unit: str | None, why: str) -> None:
-        side = foot if foot in ("left", "right") else ""
-        name = NameGuess("motion", side=side, place="" if side else foot,
-                         owner=f"{foot}_foot_{what}")  # fmt: skip
-        made[column.column] = replace(column, name=name, unit=unit, sure="likely", why=why)
-
-    for i, (foot, name) in enumerate(zip(feet, names, strict=True)):
-        for axis in "xyz":
-            column = foot.axes.columns[axis]
-            unit = column.unit or ("mm" if in_mm else "m")
-            taken(column, name, f"{axis}_m", unit, "it stands, and is higher while it moves")
-        if i not in frames:
-            continue
-        for axis, column in frames[i].columns.items():
-            if axis in "xyzw":
-                taken(column, name, f"q{axis}", None, "of length one, beside the foot's place")
-            elif axis in ROLL_PITCH_YAW:
-                taken(column, name, f"{axis}_rad", units[i], "an angle beside the foot's place")
-    return made

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.sniff.clocks import restarts
 from footcal_cli.sniff.groups import channel_names
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.names import without_side, words_of
 from footcal_cli.sniff.plan import (
@@ -57,6 +58,14 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     read = {f"{n}_counts": reading_entry(c) for n, c in named.items()}
     if down:
         read = {name: replace(entry, factor=-1.0) for name, entry in read.items()}
+    still = on_still_feet(body_entries(file) if file.of("com") else {}, tuple(
+        dict.fromkeys(name.partition("_")[0] for name in named)
+    ), {**time, **read})  # fmt: skip
+    body = still.entries
+    again = bool(body) and not walks(body) and _begins_again(file)
+    if again:
+        time, rate = {}, float(f"{file.rate_hz:.4g}")
+        body = {name: entry for name, entry in body.items() if name != "time_s"}
     entries = {**time, **read}
     if "temperature_degc" in (beside := extras(file)):
         entries["temperature_degc"] = beside["temperature_degc"]
@@ -79,8 +88,6 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
         positions = []
     doubt = [] if any(said_to_be_cells(c) for c in cells) else [UNNAMED]
     doubt += [] if any(c.name.side or c.name.place for c in cells) or points else [_OR_WEIGHTS]
-    still = on_still_feet(body_entries(file) if file.of("com") else {}, tuple(feet), entries)
-    body = still.entries
     plates = [] if forces else [NAMEPLATE]
     tables = (*tables, IN_NEWTON) if forces else tables
     return LogPlan(
@@ -94,10 +101,19 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
         rate_hz=rate, robot=(*upright(file, body), *tables),
         blanks=(*doubt, MASS, *positions, *plates, *still.blanks, *blanks),
         warnings=(
+            *(_COUNTED,) * again,
             *("the forces are negative when a cell is pressed: read with reversed sign",) * down,
             *(f"{c.column}: never changes, a dead cell" for c in cells if not _moves(c)),
         ),
     )  # fmt: skip
+
+
+def _begins_again(file: FileGuess) -> bool:
+    """Whether stamps begin again within the log, as those of stances below each other."""
+    stamps = next((seconds_of(column) for column in file.of("time")), None)
+    if stamps is None or not file.rate_hz or not restarts(stamps):
+        return False
+    return float(np.nanmin(np.diff(stamps))) * file.rate_hz < -_STANCE_ROWS
 
 
 def _of_feet(cells: list[ColumnGuess]) -> list[ColumnGuess]:
@@ -112,6 +128,8 @@ def of_both_feet(columns: list[ColumnGuess]) -> bool:
 
 
 WHERE = "no log says where the cells sit"
+_STANCE_ROWS = 20
+_COUNTED = "the stamps begin again, with each stance: rows are counted at their usual rate instead"
 _PLATES = {"plate", "platform", "board", "platte"}
 _OR_WEIGHTS = Blank(
     ("# under known weights: write them into a column of the log (load_kg), then footcal init",),

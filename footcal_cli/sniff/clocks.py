@@ -119,9 +119,7 @@ def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> lis
     loads = any(c.quantity == "load" or c.unit in LOADS for c in columns)
     if len(made) < 2 or not loads:
         return columns
-    return [
-        named if c.column in made else c for c, named in zip(columns, by_name, strict=True)
-    ]
+    return [named if c.column in made else c for c, named in zip(columns, by_name, strict=True)]
 
 
 def one_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:

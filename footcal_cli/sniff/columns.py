@@ -27,6 +27,7 @@ from footcal_cli.sniff.clocks import (
 from footcal_cli.sniff.derived import without_derived
 from footcal_cli.sniff.flight import with_flight_angles
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
+from footcal_cli.sniff.lettered import with_lettered_cells
 from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess
 from footcal_cli.sniff.pivots import pivot_of
@@ -59,8 +60,7 @@ _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
 _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
-_LEAST_SUMMARIES = 2
-_LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
+_LEAST_SUMMARIES, _LEAST_ROWS, _LARGEST, _STRAIGHT = 2, 5, 1e5, 0.99
 OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle"}
 """Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
 _OFTEN = 0.5
@@ -120,7 +120,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
     ]
     columns = [
         c.as_quantity("other", "likely", "the clock of one topic alone")
-        if c.quantity == "time" and c.column in halting else c for c in columns
+        if c.quantity == "time" and c.column in halting else c for c in with_lettered_cells(columns)
     ]  # fmt: skip
     if text.layout.line:
         columns = [taking_turns(part_of_the_words(column)) for column in columns]
@@ -199,9 +199,9 @@ def _where_read(column: ColumnGuess) -> ColumnGuess:
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = without_derived(with_flight_angles(without_supply(_one_statistic(columns))))
-    found = _without_silent(one_clock([_numbered(column) for column in found], found))
-    found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
-    if not any(column.quantity == "load" for column in found):
+    found = first_in_time(_without_silent(one_clock([_numbered(c) for c in found], found)))
+    found = noted_in_seconds(_newtons(_only_numbers(one_time(found))))
+    if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
         others = [c for c in counted if c.quantity in ("reading", "unknown")]

@@ -7,9 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.cells import UNNAMED, WEIGHTS, cells_in_time, said_to_be_cells, toml_key
-from footcal_cli.sniff.feet_weighed import in_kilograms, in_said_unit, on_a_plate
+from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
+from footcal_cli.sniff.feet_weighed import (
+    beside_a_weight,
+    in_kilograms,
+    in_said_unit,
+    on_a_plate,
+)
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of, seconds_of
 from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
@@ -18,12 +22,11 @@ from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load,
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, STATISTICS, NameGuess, name_guess, words_of
 from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.placed import at_holes
 from footcal_cli.sniff.plan import (
-    Blank,
     Entry,
     LogPlan,
     extras,
-    load_entry,
     of,
     reading_entry,
     times,
@@ -44,7 +47,7 @@ _TURNS = 0.5
 
 def plan_of(file: FileGuess) -> LogPlan | None:
     """The plan for one log, None where its columns fit no experiment."""
-    file = in_said_unit(in_kilograms(with_levers(without_motion(numbered(file)))))
+    file = in_said_unit(beside_a_weight(in_kilograms(with_levers(without_motion(numbered(file))))))
     six = wrenches(file)
     loads, cells = loads_and_cells(file)
     plate = on_a_plate(file, readings(file))
@@ -55,8 +58,8 @@ def plan_of(file: FileGuess) -> LogPlan | None:
     if {"x", "y"} <= set(holes) and {"x", "y"} <= set(cops):
         return _cop_points(file, holes, cops)
     put = loads or [c for c in file.of("load") if c.values is not None]  # one weight everywhere
-    if {"x", "y"} <= set(holes) and put and len(cells) >= 3 and not six:
-        return _placements(file, holes, put[0], cells)
+    if put and not six and (placed := at_holes(file, holes, put[0], cells)) is not None:
+        return placed
     plates = None if holes or (loads and cells) else force_and_cop(file)
     if plates is not None:
         return plates
@@ -296,40 +299,4 @@ def _cop_points(
     return LogPlan(
         file, "known points and the CoP that an instrument reported",
         "positions of points and a CoP", "likely", "offline-fit", "cop_points", entries,
-    )  # fmt: skip
-
-
-def _one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:
-    """Whether rows of one name or number are of one hole (n, 2), and the holes several."""
-    named = column.values if column.codes is None else column.codes
-    _, first, group = np.unique(
-        numbers_of(column) if named is None else named, return_index=True, return_inverse=True
-    )
-    return first.size > 1 and np.array_equal(hole_m[first][group.ravel()], hole_m)
-
-
-def _placements(
-    file: FileGuess, holes: dict[str, ColumnGuess], load: ColumnGuess, cells: list[ColumnGuess]
-) -> LogPlan:
-    named = channel_names(cells)
-    labels = [c for c in file.of("label") if c.words]
-    points = [
-        column for column in file.of("placement", "sequence", "repeat")
-        if _one_place_each(column, np.stack([numbers_of(holes[a]) for a in "xy"], axis=1))
-    ]  # fmt: skip
-    entries = {
-        "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
-        "placement": of(points[0]) if points else Entry(value="point", why="no name of the points"),
-        **{f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"},
-        "load_n": load_entry(load)[0],
-        **times(file, needed=False)[0],
-        **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
-    }
-    foot = labels[0].words[0] if labels else "foot"
-    lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",
-             *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
-    return LogPlan(
-        file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
-        "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
-        blanks=(*load_entry(load)[1], Blank(lines, "no log says where the cells sit"), WEIGHTS),
     )  # fmt: skip

@@ -12,10 +12,14 @@ import numpy as np
 
 from footcal_cli.sniff.cells import cells_in_time, of_both_feet
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import FORCES, MASS, LogPlan
-from footcal_cli.sniff.units import GRAVITY_MPS2, known_unit
+from footcal_cli.sniff.units import GRAVITY_MPS2, known_unit, split_unit
+from footcal_cli.sniff.vocabulary import WORDS
 from footcal_cli.tables.units import conversion
 
+_SEVERAL = 2
+"""Masses of so many names are of cells."""
 _STEADY = 0.1
 """What a plate bears that nobody steps on or off changes by less than this share."""
 
@@ -57,6 +61,32 @@ def in_kilograms(file: FileGuess) -> FileGuess:
         c.as_quantity("reading", "likely", "a mass on each cell of both feet")
         if c.column in read else c for c in file.columns
     ))  # fmt: skip
+
+
+def beside_a_weight(file: FileGuess) -> FileGuess:
+    """The log with masses by their unit alone as what cells show: ``c1_kg`` next to ``load_kg``.
+
+    One column is called a load and takes fewer values than any other, and nothing else is read.
+    """
+    loads = [c for c in file.of("load") if c.values is not None and c.unit in FORCES]
+    if len(loads) < _SEVERAL + 1 or file.of("reading", "force"):
+        return file
+    sizes = {c.column: np.unique(numbers_of(c)).size for c in loads}
+    put = [c for c in loads if any(WORDS.get(w) == "load" for w in words_of(_stem(c)))]
+    shown = [c for c in loads if c not in put]
+    if len(put) != 1 or len({_stem(c) for c in shown}) < len(shown) or len(shown) < _SEVERAL:
+        return file
+    if sizes[put[0].column] >= min(sizes[c.column] for c in shown):
+        return file
+    names = {c.column for c in shown}
+    return replace(file, columns=tuple(
+        c.as_quantity("reading", "likely", f"a mass next to {put[0].column}")
+        if c.column in names else c for c in file.columns
+    ))  # fmt: skip
+
+
+def _stem(column: ColumnGuess) -> str:
+    return split_unit(column.column)[0]
 
 
 def on_a_plate(file: FileGuess, cells: list[ColumnGuess]) -> LogPlan | None:

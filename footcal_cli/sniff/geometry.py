@@ -87,8 +87,10 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     by_address = {name_guess(name).address or name: at for name, at in places.items()}
     feet: dict[str, list[str]] = {}
     for channel in plan.channels:
-        column = plan.entries[f"{channel}_counts"].column
-        own = "" if column is None else column.column
+        # cells of placements are called within their foot
+        names = (f"{channel}_counts", f"{channel.partition('_')[2]}_counts")
+        read = next((plan.entries[name] for name in names if name in plan.entries), None)
+        own = "" if read is None or read.column is None else read.column.column
         at = places.get(own) or places.get(channel) or by_address.get(channel)
         if at is None:
             return plan

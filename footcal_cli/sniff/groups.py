@@ -11,7 +11,7 @@ import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import words_of
-from footcal_cli.sniff.units import NO_READING, split_unit
+from footcal_cli.sniff.units import LOADS, NO_READING, VOLTAGES, split_unit
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
@@ -20,6 +20,7 @@ _BEFORE_AXIS = re.compile(
 )
 
 
+_READ_IN = (*LOADS, *VOLTAGES, "mV/V")
 _SHIFTED = 5.0
 """What two plates bear together varies by so much less than what goes from one to the other."""
 
@@ -162,7 +163,7 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
     if all(addresses) and len(set(addresses)) == len(addresses):
         names = [a if not a[0].isdigit() else f"cell_{a}" for a in addresses]
     else:
-        names = [slug(c.column) for c in columns]
+        names = [slug(split_unit(c.column)[0] if c.unit in _READ_IN else c.column) for c in columns]
     if len({*names}) < len(names):  # of letters that no recipe's key has the numbers are left
         numbers = [re.findall(r"\d+", split_unit(c.column)[0])[-1:] for c in columns]
         counted = ["_".join([c.name.address.rpartition("_")[0] or c.name.address, *n])

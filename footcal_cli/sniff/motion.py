@@ -24,6 +24,8 @@ from footcal_cli.tables.world import TO_Z_UP
 _STEP_M, _AWAY, _AWAY_M = 0.03, 0.7, 0.5
 """A foot that stands moves by less, as far as an estimator's drift goes; a CoM above such feet by
 less than a share of its height, or where that is not known than half a metre."""
+_JUMP_M, _STANCE_ROWS = 0.005, 20
+"""From one stance to the next a foot is this far away at once, and stays for so many rows."""
 _LENGTH = re.compile(r"(?i)\blength\W{0,3}units?\W+([a-z]+)")
 """``Length Units,Meters``, as motion capture says above its table."""
 _STEADY_DEG, _ASKEW_DEG = 35.0, 20.0
@@ -65,7 +67,20 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
             if length and name.endswith(("_x_m", "_y_m", "_z_m")):
                 default = length
             entries[name] = of(column, column.unit or default)
-    return _without_other_frames(entries, file)
+    return _on_the_floor(_without_other_frames(entries, file))
+
+
+def _on_the_floor(entries: dict[str, Entry]) -> dict[str, Entry]:
+    """The motion with z = 0 for feet of which x and y alone are logged: soles flat on the floor."""
+    feet = [name.removesuffix("_foot_x_m") for name in entries if name.endswith("_foot_x_m")]
+    if not {"com_x_m", "com_y_m", "com_z_m"} <= set(entries):
+        return entries
+    flat = [foot for foot in feet if f"{foot}_foot_y_m" in entries]
+    if len(flat) < len(feet) or any(f"{foot}_foot_z_m" in entries for foot in feet):
+        return entries
+    why = "not logged: the sole is taken to lie on the floor, from where the CoM's z counts"
+    said = Entry(value="0.0", sure="guess", why=why)
+    return entries | {f"{foot}_foot_z_m": said for foot in flat}
 
 
 def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[str, Entry]:
@@ -176,12 +191,33 @@ def walks(entries: Mapping[str, Entry]) -> bool:
 
     feet = far("_foot_x_m", "_foot_y_m")
     if feet:
-        return max(feet) > _STEP_M
+        return max(feet) > _STEP_M and not _put_elsewhere(entries)
     away = max(far("com_x_m", "com_y_m"), default=0.0)
     com = _place(entries, "com")
     high = 0.0 if com is None else float(abs(np.nanmedian(com[:, 2])))
     height = high * metres_per(entries["com_z_m"].unit) if high else 0.0
     return away > (_AWAY * height if height > _STEP_M else _AWAY_M)
+
+
+def _put_elsewhere(entries: Mapping[str, Entry]) -> bool:
+    """Whether feet stand still but for a few rows at which all goes on elsewhere: stances in a row.
+
+    Through a step a foot moves from row to row; where stances follow one another in one table, it
+    is elsewhere at once, and stays there.
+    """
+    columns = [
+        e.column.values * metres_per(e.unit) for name, e in entries.items()
+        if name.endswith(("_foot_x_m", "_foot_y_m")) and e.column is not None
+        and e.column.values is not None
+    ]  # fmt: skip
+    places = np.column_stack(columns)
+    with np.errstate(invalid="ignore"):
+        jumps = np.flatnonzero(np.any(np.abs(np.diff(places, axis=0)) > _JUMP_M, axis=1)) + 1
+    stances = np.split(places, jumps)
+    if len(stances) < 2 or min(map(len, stances)) < _STANCE_ROWS:
+        return False
+    spans = [np.ptp(np.nanquantile(own, [0.01, 0.99], axis=0), axis=0) for own in stances]
+    return bool(np.nanmax(spans) <= _STEP_M)
 
 
 def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from footcal_cli.sniff.units import (
     LENGTHS,
     LOADS,
     MASSES,
+    VOLTAGES,
     WEIGHTS,
     degrees,
     known_unit,
@@ -209,7 +210,9 @@ def name_guess(name: str) -> NameGuess:
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
     unit, factor = _TICKS.get(stem.lower(), (unit, factor))
     unit = unit or (
-        known_unit(stem) if len(stem) > 1 and known_unit(stem) in (*MASSES, *WEIGHTS) else None
+        known_unit(stem)
+        if len(stem) > 1 and known_unit(stem) in (*MASSES, *WEIGHTS, *VOLTAGES)
+        else None
     )
     words = words_of(stem)
     if _SPREAD.search(plain):

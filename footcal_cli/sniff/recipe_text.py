@@ -181,6 +181,7 @@ def _file_lines(part: Part, several: bool) -> list[str]:
     if plan.rate_hz is not None:
         known = rate_said(plan.file) == plan.rate_hz
         why = "likely: as said above the table" if known else "guess: the log has no time stamps"
+        why = "likely: the usual step of its stamps" if plan.file.of("time") else why
         own.append(f"rate_hz = {plan.rate_hz:g}    # {why}")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from footcal_cli.sniff.bench_cells import cells_of, column_of, in_one_unit, named_as
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
-from footcal_cli.sniff.plan import IN_NEWTON, Entry, LogPlan
+from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.six_axis_feet import MOTION
 from footcal_cli.sniff.still_feet import on_still_feet
-from footcal_cli.sniff.units import split_unit
+from footcal_cli.sniff.units import VOLTAGES
+from footcal_cli.sniff.which_cell import named_alike
 
 
 def with_body(
@@ -70,6 +71,7 @@ def with_one_name(
 ) -> tuple[list[Part], list[FileGuess]]:
     """Weights whose cells are called as the columns of a walk or foot, under their names there."""
     cells: dict[str, str] = {}
+    columns: dict[str, ColumnGuess] = {}
     for part in parts:
         if part.plan.role != "weights":
             foot = part.plan.entries.get("foot")
@@ -78,85 +80,42 @@ def with_one_name(
                 if name.endswith("_counts") and entry.column is not None:
                     cell = before + name.removesuffix("_counts")
                     cells[entry.column.column] = cells[without_unit(entry.column.column)] = cell
-    streamed = {
-        name.removesuffix("_counts"): entry.column
-        for part in parts if part.plan.role == "cells"
-        for name, entry in part.plan.entries.items()
-        if name.endswith("_counts") and entry.column is not None
-    }  # fmt: skip
+                    columns.setdefault(entry.column.column, entry.column)
+    streamed = {name: column for part in parts for name, column in cells_of(part.plan).items()}
     renamed = [
-        replace(part, plan=_renamed(part.plan, _alike(part.plan, streamed) or cells))
-        for part in parts
-    ]
-    renamed = _in_one_unit(renamed)
-    weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
-    return [replace(p, plan=_weighed(p.plan, weighed)) for p in renamed], list(others)
-
-
-def _alike(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
-    """Channels of weights -> the cells of a stream whose names end alike, each with one of its own.
-
-    ``L_FL`` is ``adc_L_FL``, ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``.
-    """
-    plain = {cell: _plain(column.column) for cell, column in cells.items()}
-    found = {}
-    for channel in plan.channels:
-        words = {_plain(channel), _plain(_column(plan, channel))}
-        same = [cell for cell in cells if cell == channel]
-        own = same or [
-            cell for cell, name in plain.items()
-            if any(name.endswith(word) or word.endswith(name) for word in words)
-        ]  # fmt: skip
-        if len(own) != 1:
-            return {}
-        found[channel] = own[0]
-    return found if len({*found.values()}) == len(found) else {}
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\W_]+", "", split_unit(name)[0]).lower()
-
-
-def _in_one_unit(parts: list[Part]) -> list[Part]:
-    """Readings of a cell on a bench and in a stream as they stand where one of both has no unit.
-
-    The bench says how many newtons one of its numbers is; a stream in kg would be weighed twice.
-    """
-    units: dict[str, set[str | None]] = {}
-    for part in parts:
-        for channel, entry in _read(part.plan):
-            units.setdefault(channel, set()).add(entry.unit)
-    bare = {channel for channel, said in units.items() if None in said and len(said) > 1}
-    return [
-        replace(part, plan=_as_it_stands(part.plan, bare))
-        if any(c in bare for c, _ in _read(part.plan)) else part for part in parts
+        replace(p, plan=_renamed(
+            p.plan, named_as(p.plan, streamed) or cells, [*columns.values()]
+        )) for p in parts
     ]  # fmt: skip
+    renamed = in_one_unit(renamed)
+    weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
+    voltage = _voltage(renamed)
+    return [
+        replace(p, plan=_in_voltage(_weighed(p.plan, weighed), voltage)) for p in renamed
+    ], list(others)
 
 
-def _read(plan: LogPlan) -> list[tuple[str, Entry]]:
-    """Readings of a plan by channel."""
-    found = [(n.removesuffix("_counts"), e) for n, e in plan.entries.items() if n != "counts"
-             and n.endswith("_counts")]  # fmt: skip
-    found += [(channel, own["counts"]) for channel, own in plan.wide.items() if "counts" in own]
-    if "counts" in plan.entries:
-        found += [(channel, plan.entries["counts"]) for channel in plan.channels]
-    return found
+def _voltage(parts: Sequence[Part]) -> str | None:
+    """The one unit of the voltages that logs of weights say; None without."""
+    plans = [part.plan for part in parts if part.plan.role == "weights"]
+    places = [own for plan in plans for own in (plan.entries, *plan.wide.values())]
+    units = {own["counts"].unit for own in places if "counts" in own}
+    unit = units.pop() if len(units) == 1 else None
+    return unit if unit in VOLTAGES or unit == "mV/V" else None
 
 
-def _as_it_stands(plan: LogPlan, channels: set[str]) -> LogPlan:
-    """A plan with readings whose unit is left out."""
-    why = "as it stands: its weights say what one of it is"
+def _in_voltage(plan: LogPlan, unit: str | None) -> LogPlan:
+    """A plan whose readings are no whole counts, in the unit of the weights on the same cells."""
+    if unit is None or plan.role == "weights":
+        return plan
+    why = "a voltage, as under the weights"
     entries = {
-        name: replace(e, unit=None, why=why)
-        if name.removesuffix("_counts") in channels or name == "counts" else e
-        for name, e in plan.entries.items()
+        name: replace(entry, unit=unit, sure="guess", why=why)
+        if name.endswith("_counts") and entry.unit is None and entry.column is not None
+        and not entry.column.counts else entry
+        for name, entry in plan.entries.items()
     }  # fmt: skip
-    wide = {
-        channel: {name: replace(e, unit=None) if name == "counts" else e for name, e in own.items()}
-        for channel, own in plan.wide.items()
-    }
-    robot = tuple(table for table in plan.robot if table != IN_NEWTON)
-    return replace(plan, entries=entries, wide=wide, robot=robot)
+    return replace(plan, entries=entries)
 
 
 def _weighed(plan: LogPlan, weighed: set[str]) -> LogPlan:
@@ -167,10 +126,15 @@ def _weighed(plan: LogPlan, weighed: set[str]) -> LogPlan:
     return replace(plan, blanks=kept)
 
 
-def _renamed(plan: LogPlan, cells: Mapping[str, str]) -> LogPlan:
+def _renamed(
+    plan: LogPlan, cells: Mapping[str, str], columns: Sequence[ColumnGuess]
+) -> LogPlan:  # fmt: skip
     """A plan for weights with the cells' texts under the given names, if each has one."""
     channel = plan.entries.get("channel")
-    given = {name: cells.get(_column(plan, name), cells.get(name)) for name in plan.channels}
+    given = {name: cells.get(column_of(plan, name), cells.get(name)) for name in plan.channels}
+    if None in given.values() and plan.role == "weights":
+        alike = named_alike(plan.channels, columns)
+        given = {name: cells[alike[name].column] if alike else None for name in given}
     renamed = {name: cell for name, cell in given.items() if cell is not None}
     if plan.role != "weights" or len(renamed) < len(given) or all(n == c for n, c in given.items()):
         return plan
@@ -181,9 +145,3 @@ def _renamed(plan: LogPlan, cells: Mapping[str, str]) -> LogPlan:
         return plan
     entries = {**plan.entries, "channel": replace(channel, names=renamed)}
     return replace(plan, entries=entries, channels=tuple(renamed.values()))
-
-
-def _column(plan: LogPlan, channel: str) -> str:
-    """The column that holds a channel's readings, where each has its own."""
-    read = plan.wide.get(channel, {}).get("counts")
-    return read.column.column if read is not None and read.column is not None else channel

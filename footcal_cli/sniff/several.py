@@ -17,6 +17,8 @@ from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.hole_sheets import with_holes
+from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files, posed_files
@@ -73,7 +75,11 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
             others += group
         else:
             parts.append(made)
-    return with_one_name(*with_places(*with_bodies(without_twins(parts), others)))
+    parts, others = with_bodies(without_twins(parts), others)
+    placed, left = with_places(parts, others)
+    placed, without_holes = with_holes(placed, others)  # one sheet may place cells and holes
+    left = [file for file in left if any(file is own for own in without_holes)]
+    return with_one_name(*with_lifted(placed, left))
 
 
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:

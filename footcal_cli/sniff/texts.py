@@ -25,6 +25,7 @@ from footcal_cli.sniff.tokens import (
     with_unit,
 )
 from footcal_cli.sniff.units import MASSES, NO_READING, VOLTAGES, WEIGHTS, known_unit
+from footcal_cli.sniff.vocabulary import DIRECTIONS
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.units import TIMES
 from footcal_cli.tables.values import bare_hexadecimal, since_the_first
@@ -129,7 +130,10 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     sides = {orientation_in(word) for word in different[:FEW]}
     if len(different) <= FEW and len(sides) >= SIDES and None not in sides:
         name = replace(name, quantity="orientation")
-    if name.quantity not in ("label", "orientation", "placement", "session", "direction"):
+    directed = directions_of(different)
+    if directed or name.quantity == "direction":
+        name = replace(name, quantity="direction")
+    elif name.quantity not in ("label", "orientation", "placement", "session"):
         kind = "label" if 1 < len(different) <= FEW and len(words) > len(different) else "other"
         if name.quantity in ("reading", "unknown", "load") and kind == "label":
             name = replace(name, quantity="label")
@@ -137,7 +141,15 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
             name = replace(name, quantity="other")
     codes = np.full(len(raw.values), -1)
     codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
-    return ColumnGuess(column, name, None, "likely", "texts", words=different, codes=codes)
+    return ColumnGuess(
+        column, name, None, "likely", "texts", words=different, codes=codes, names=directed
+    )
+
+
+def directions_of(words: Sequence[str]) -> dict[str, str]:
+    """Words for weights that are put on or taken off -> 1 or −1; empty unless both are said."""
+    signs = {word: DIRECTIONS.get(word.strip("↑↓ .").lower(), "") for word in words}
+    return signs if {*signs.values()} == {"1", "-1"} else {}
 
 
 def _or_nothing(

@@ -105,5 +105,7 @@ def rotations(axes: Axes, unit: str = "rad") -> FloatArray:
     if "w" in axes.columns:
         return rotations_logged(axes.values("xyzw"))
     rows = len(axes.values(["yaw"]))
-    three = [axes.values([a])[:, 0] if a in axes.columns else np.zeros(rows) for a in ROLL_PITCH_YAW]
+    three = [
+        axes.values([a])[:, 0] if a in axes.columns else np.zeros(rows) for a in ROLL_PITCH_YAW
+    ]
     return rotations_of_rpy(np.stack(three, axis=1) * (np.pi / 180.0 if unit == "deg" else 1.0))

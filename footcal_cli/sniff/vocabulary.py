@@ -25,7 +25,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
-    "kraft_soll pesa pesas fundou omori ounce ounces gram grams gramm kilogram pound pounds vikt "
+    "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt pesa pesas pesata "
+    "fundou omori "
     "massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
@@ -37,11 +38,13 @@ _SPELLINGS: dict[Quantity, str] = {
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
-    "series serie reihe messreihe série",
+    "series serie reihe messreihe série round runde zyklus ciclo ronda vuelta pasada cycles tour "
+    "tornata giro repetición repeticion pass",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
     "orientation": "orientation lage attitude ori",
-    "placement": "placement hole point position loch punkt place spot pose",
+    "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
+    "agujero orificio foro furo",
     "contact": "contact kontakt stance",
     "pressure": "pressure druck pression",
     "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "
@@ -86,7 +89,8 @@ PLACES = {
 ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
          "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f", "mitte": "m", "avant": "f",
          "arrière": "r", "arriere": "r", "milieu": "m", "av": "f", "ar": "r", "anteriore": "f",
-         "posteriore": "r", "mae": "f", "ushiro": "r", "delantera": "f", "delantero": "f", "trasera": "r", "trasero": "r",
+         "posteriore": "r", "mae": "f", "ushiro": "r", "delantera": "f", "delantero": "f",
+         "trasera": "r", "trasero": "r",
          "dianteiro": "f", "traseiro": "r", "voor": "f", "achter": "r", "fram": "f", "bak": "r",
          "передняя": "f", "задняя": "r"}  # fmt: skip
 BEHIND_AN_END = {"g": "left", "d": "right"}
@@ -106,7 +110,22 @@ SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "r
                            "левый", "hidari", "izda", "lewa", "lewy", "vasen"), "left"),
           **dict.fromkeys(("rechte", "rechter", "rechtes", "derecha", "derecho", "destra",
                            "destro", "direita", "direito", "höger", "højre", "правая",
-                           "правый", "migi", "dcha", "prawa", "prawy", "oikea"), "right")}  # fmt: skip
+                           "правый", "migi", "dcha", "prawa", "prawy", "oikea"),
+                          "right")}  # fmt: skip
+DIRECTIONS = {
+    word: sign
+    for sign, spellings in {
+        "1": "up loading load increasing inc ascending asc rising auf aufwärts aufwaerts hoch "
+        "belasten belastung steigend subida subiendo carga cargando montée montee charge salita "
+        "carico salendo subindo carregando omhoog opp upp вверх нагружение 加载 載荷 加載",
+        "-1": "down unloading unload decreasing dec descending desc falling ab abwärts abwaerts "
+        "runter entlasten entlastung fallend bajada bajando descarga descargando descente décharge "
+        "decharge discesa scarico scendendo descida descarregando omlaag ned вниз разгружение 卸载 "
+        "除荷 卸載",
+    }.items()
+    for word in spellings.split()
+}
+"""Whether weights are put on or taken off, in words -> a recipe's direction."""
 ANGLES = {
     word: axis
     for axis, spellings in {

@@ -11,11 +11,12 @@ import numpy as np
 
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
+from footcal_cli.sniff.bench_of_feet import on_each_foot
 from footcal_cli.sniff.clocks import recorded
-from footcal_cli.sniff.groups import AXES, channel_names, could_be_read, slug
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of, seconds_of
+from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 from footcal_cli.sniff.holds import short_holds
-from footcal_cli.sniff.names import PUT, name_guess, words_of
+from footcal_cli.sniff.names import PUT, words_of
 from footcal_cli.sniff.one_cell import one_cell, without_their_mean
 from footcal_cli.sniff.plan import (
     FORCES,
@@ -121,7 +122,7 @@ def weights(
         if recorded(file, load) and not labels:
             return _stream(file, {one_name: cell}, entries, asked)
         direction = file.of("direction")
-        if direction and direction[0].values is not None:
+        if direction and (direction[0].values is not None or direction[0].names):
             entries["direction"] = of(direction[0])
         entries |= {"channel": channel, "counts": reading_entry(cell)}
         return LogPlan(
@@ -235,7 +236,7 @@ def _one_at_a_time(
 ) -> LogPlan | None:
     """A weight that lies on one cell at a time, all of them read: a column names the loaded one."""
     for label, foot in permutations(labels, 2):
-        if (both := _on_each_foot(file, load, label, foot, cells)) is not None:
+        if (both := on_each_foot(file, load, label, foot, cells)) is not None:
             return both
     for label in labels:
         on = named_alike(label.words, cells) or followers(load, label, cells)
@@ -255,37 +256,6 @@ def _one_at_a_time(
             "weights", extras(file), tuple(on), wide, blanks=asked,
         )  # fmt: skip
     return None
-
-
-def _on_each_foot(
-    file: FileGuess, load: ColumnGuess, label: ColumnGuess, foot: ColumnGuess,
-    cells: list[ColumnGuess],
-) -> LogPlan | None:  # fmt: skip
-    """A bench of several feet in one table: the readings are those of the foot that a row names."""
-    names = {word: name_guess(word).address for word in foot.words}
-    if len(foot.words) < 2 or len({*names.values()}) < len(names) or not all(names.values()):
-        return None
-    entry, asked = load_entry(replace(load, held=load.held or label.held))
-    wide: dict[str, dict[str, Entry]] = {}
-    for at, word in enumerate(foot.words):
-        rows = codes_of(foot) == at
-        here = [replace(c, values=numbers_of(c)[rows]) for c in cells]
-        only = replace(label, codes=codes_of(label)[rows])
-        on = followers(replace(load, values=numbers_of(load)[rows]), only, here)
-        if len(on) < len(label.words):
-            return None
-        wide |= {
-            f"{names[word]}_{slug(cell.column)}": {
-                "load_n": replace(entry, only_where={foot.column: word, label.column: loaded}),
-                "counts": reading_entry(cell),
-            }
-            for loaded, cell in on.items()
-        }
-    return LogPlan(
-        file, f"known weights on one of {len(wide)} cells of {len(names)} feet at a time",
-        "a load, the foot and the cell it lies on, and several readings in a row", "likely",
-        "offline-fit", "weights", extras(file), tuple(wide), wide, blanks=asked,
-    )  # fmt: skip
 
 
 def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:

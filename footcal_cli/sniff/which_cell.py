@@ -18,6 +18,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Blank
 from footcal_cli.sniff.texts import numbers_as_labels
+from footcal_cli.sniff.units import split_unit
 
 _BY_CHANCE = 1e-6
 """How rarely groups of one cell are so far apart by chance: a few columns per log, many logs."""
@@ -35,11 +36,12 @@ ON_WHICH = Blank(
 def named_alike(words: Sequence[str], cells: Sequence[ColumnGuess]) -> Mapping[str, ColumnGuess]:
     """The reading that each word names; empty unless every word names one of its own.
 
-    ``front left`` names the columns ``front_left``, ``ADC front left`` and ``fl``.
+    ``front left`` names the columns ``front_left``, ``ADC front left`` and ``fl``; ``L0`` names
+    ``L0_kgf``.
     """
     ways = (
-        lambda word, c: _plain(word) in (_plain(c.column), _plain(c.name.address)),
-        lambda word, c: _plain(c.column).endswith(_plain(word)),
+        lambda word, c: _plain(word) in (*_called(c), _plain(c.name.address)),
+        lambda word, c: any(own.endswith(_plain(word)) for own in _called(c)),
         lambda word, c: bool(c.name.place) and name_guess(word).address == c.name.address,
     )
     for alike in ways:
@@ -80,7 +82,7 @@ def loaded_cell(
     """
     for column in file.columns:
         others = [c for c in cells if c.column != column.column]
-        label = _as_label(column)
+        label = as_label(column)
         if label is None or len(others) < 2:
             continue
         if len(followers(load, label, others)) == len(label.words):
@@ -88,7 +90,7 @@ def loaded_cell(
     return None
 
 
-def _as_label(column: ColumnGuess) -> ColumnGuess | None:
+def as_label(column: ColumnGuess) -> ColumnGuess | None:
     """A column as words that hold for rows; None for loads, stamps and what varies too much."""
     if column.quantity in ("time", "load"):
         return None
@@ -135,6 +137,11 @@ def _plain(name: str) -> str:
     return re.sub(r"[\W_]+", "", name).lower()
 
 
+def _called(column: ColumnGuess) -> tuple[str, str]:
+    """A column's name as it stands and without its unit: ``l0kgf`` and ``l0``."""
+    return _plain(column.column), _plain(split_unit(column.column)[0])
+
+
 def cell_column(
     file: FileGuess, load: ColumnGuess, cell: ColumnGuess, labels: Sequence[ColumnGuess]
 ) -> ColumnGuess | None:
@@ -177,7 +184,7 @@ def _numbers_and_places(file: FileGuess) -> list[ColumnGuess]:
     """Columns of few small whole numbers, and of places, that nothing else uses."""
     found = [c for c in file.of("placement") if c.codes is not None and len(c.words) > 1]
     # a name that stands once above the rows it is of, as in merged cells of a sheet
-    merged = (_as_label(c) for c in file.of("other") if c.codes is not None)
+    merged = (as_label(c) for c in file.of("other") if c.codes is not None)
     found += [c for c in merged if c is not None and c.held]
     for column in file.of("unknown", "placement", "sequence", "reading"):
         if (

@@ -230,6 +230,14 @@ def cells_table(channels: Sequence[str]) -> TableType:
     )
 
 
+def zeros_table(channels: Sequence[str]) -> TableType:
+    """Readings of load cells that carry nothing: the robot in the air, in time or lift by lift."""
+    columns = (
+        Column(f"{name}_counts", f"raw reading of cell {name}", missing="keep") for name in channels
+    )
+    return TableType("zeros", tuple(columns))
+
+
 def truth_table(channels: Sequence[str]) -> TableType:
     """True forces on the cells, where a simulation or a reference instrument knows them."""
     return TableType(

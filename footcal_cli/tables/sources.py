@@ -248,7 +248,7 @@ def _only_where(
 
 
 def _said_by(column: RawColumn, place: ForeignColumn) -> RawColumn:
-    """A column of conditions; an empty cell of it means what stands above it where the place's do."""
+    """A column of conditions; where a place is held, its empty cells mean what stands above."""
     return held(column) if place.held else column
 
 

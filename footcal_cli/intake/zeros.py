@@ -1,0 +1,122 @@
+r"""Zeros of the cells from a log of the robot in the air, in the place of a calibration's.
+
+Room: intake; asked by recordings and long_walks. A cell that carries nothing reads :math:`r_0`:
+with its scale :math:`c` (N/count) its bias is :math:`d = -c r_0` (N), whatever it was on a bench,
+where no sole hung on it. Scales stay as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.core.quality import Finding
+from footcal_cli.records.results import CovarianceBlock, ParametersRecord
+from footcal_cli.tables.columns import zeros_table
+from footcal_cli.tables.logfiles import digest
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from footcal_cli.session.session import Session
+
+_PIECES = 10
+"""Rows of a log are not independent: means of so many pieces are compared."""
+
+
+@dataclass(frozen=True)
+class Zeros:
+    """What cells read that carry nothing.
+
+    Parameters
+    ----------
+    counts
+        Mean reading, shape (c,).
+    spread_counts
+        Standard deviation from lift to lift, or from piece to piece of a log, shape (c,).
+    lifts
+        How many lifts or pieces.
+    """
+
+    counts: FloatArray
+    spread_counts: FloatArray
+    lifts: int
+
+    def sd_n(self, scale: FloatArray) -> float | None:
+        r"""How far a zero may be from the mean: ``σ √(1 + 1/n)`` in N, σ that of all cells.
+
+        The zero under a stand is one more draw: what moves it from lift to lift moves it again.
+        None where one lift alone says nothing of that.
+        """
+        if self.lifts < 2:
+            return None
+        return float(
+            np.sqrt(np.mean((scale * self.spread_counts) ** 2) * (1 + 1 / self.lifts))
+        )  # fmt: skip
+
+
+def use_zeros(session: Session[Any], channels: Sequence[str]) -> Zeros | None:
+    """The zeros that ``[data] zeros`` says, put into the session's calibration; None without.
+
+    A calibration that was made with the same log keeps its own: it knows more by now.
+    """
+    paths = session.recipe.data_paths("zeros")
+    record = session.parameters
+    known = () if record is None else record.inputs.values()
+    if not paths or {digest(path) for path in paths} & set(known):
+        return None
+    names = [f"{channel}_counts" for channel in channels]
+    logs = [table.numbers(names) for table in session.read_beside(zeros_table(channels), "zeros")]
+    each = -(-_PIECES // len(logs))
+    pieces = [piece for log in logs for piece in np.array_split(log, min(each, len(log)))]
+    means = np.array([np.nanmean(piece, axis=0) for piece in pieces])
+    spread = means.std(axis=0, ddof=1) if len(means) > 1 else np.zeros(len(channels))
+    zeros = Zeros(np.nanmean(np.concatenate(logs), axis=0), spread, len(means))
+    if record is not None:
+        session.parameters = _with_biases(record, channels, zeros)
+        session.note([_said(record, session.parameters, channels, paths[0].name)])
+    return zeros
+
+
+def _with_biases(
+    record: ParametersRecord, channels: Sequence[str], zeros: Zeros
+) -> ParametersRecord:
+    """A calibration whose biases are ``d = −c r₀``, correlated with their scales as that says."""
+    names = tuple(record.parameters)
+    turn, own = np.eye(len(names)), np.zeros(len(names))
+    scale = np.array([record.value(f"{channel}.scale") for channel in channels])
+    sd = zeros.sd_n(scale) or 0.0
+    parameters = dict(record.parameters)
+    for channel, c, zero in zip(channels, scale, zeros.counts, strict=True):
+        record.value(f"{channel}.bias")
+        at = names.index(f"{channel}.bias")
+        turn[at] = 0.0
+        turn[at, names.index(f"{channel}.scale")] = -zero
+        own[at] = sd**2
+        parameters[names[at]] = parameters[names[at]].model_copy(
+            update={"value": float(-c * zero), "status": Status.ESTIMATED}
+        )
+    covariance = turn @ record.covariance_of(names) @ turn.T + np.diag(own)
+    for i, name in enumerate(names):
+        if name.endswith(".bias") and name.removesuffix(".bias") in channels:
+            parameters[name] = parameters[name].model_copy(
+                update={"sd": float(np.sqrt(covariance[i, i]))}
+            )
+    block = CovarianceBlock(names=names, matrix=tuple(map(tuple, covariance.tolist())))
+    return record.model_copy(update={"parameters": parameters, "covariance": (block,)})
+
+
+def _said(
+    before: ParametersRecord, after: ParametersRecord, channels: Sequence[str], log: str
+) -> Finding:
+    moved = {c: after.value(f"{c}.bias") - before.value(f"{c}.bias") for c in channels}
+    most = max(moved, key=lambda channel: abs(moved[channel]))
+    return Finding(
+        "zeros", "note", log,
+        f"the zeros of {len(channels)} cells are those of this log, not the calibration's: the "
+        f"bias of {most} moves most, by {moved[most]:.3g} N",
+        "take zeros out of [data] to keep those of the calibration",
+    )  # fmt: skip

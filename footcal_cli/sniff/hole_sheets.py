@@ -1,0 +1,79 @@
+"""A sheet that says where the holes of placements are: a name or number, x and y in each row.
+
+Room: sniff; asked by several.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.placed import ASKED, HOLES
+from footcal_cli.sniff.plan import LogPlan
+from footcal_cli.sniff.units import LENGTHS, split_unit
+
+_LARGEST_FOOT_M = 0.5
+"""Places without a unit that lie further out are in mm."""
+
+
+def with_holes(
+    parts: Sequence[Part], others: Sequence[FileGuess]
+) -> tuple[list[Part], list[FileGuess]]:
+    """Placements whose holes a sheet places (a name, x and y in each row), and the logs left."""
+    left, made = [], list(parts)
+    for sheet in others:
+        filled = [replace(part, plan=_filled(part.plan, sheet)) for part in made]
+        if all(new.plan is old.plan for new, old in zip(filled, made, strict=True)):
+            left.append(sheet)
+        made = filled
+    return made, left
+
+
+def _filled(plan: LogPlan, sheet: FileGuess) -> LogPlan:
+    asked = plan.entries.get("hole_x_m")
+    if plan.role != "placements" or asked is None or ASKED not in asked.names.values():
+        return plan
+    wanted = {word for word, place in asked.names.items() if place == ASKED}
+    columns = {axis: _along(sheet, axis) for axis in "xy"}
+    for named in sheet.columns:
+        rows = {text: at for at, text in enumerate(_texts(named))}
+        if not wanted <= set(rows) or len(rows) < sheet.rows:
+            continue
+        entries = dict(plan.entries)
+        for axis, column in columns.items():
+            if column is None or column is named:
+                return plan
+            far = float(np.nanmax(np.abs(numbers_of(column))))
+            unit = column.unit or ("m" if far < _LARGEST_FOOT_M else "mm")
+            names = {word: f"{numbers_of(column)[rows[word]]:.10g}" if word in wanted else place
+                     for word, place in asked.names.items()}  # fmt: skip
+            entries[f"hole_{axis}_m"] = replace(
+                asked, unit=unit, names=names, sure="likely", why=f"by {sheet.path.name}"
+            )
+        return replace(plan, entries=entries, blanks=tuple(b for b in plan.blanks if b != HOLES))
+    return plan
+
+
+def _along(sheet: FileGuess, axis: str) -> ColumnGuess | None:
+    """The one column of a sheet that is a length along an axis; None without."""
+    found = [
+        c for c in sheet.columns
+        if c.values is not None and axis in words_of(split_unit(c.column)[0])
+        and (c.unit is None or c.unit in LENGTHS)
+    ]  # fmt: skip
+    return found[0] if len(found) == 1 else None
+
+
+def _texts(column: ColumnGuess) -> list[str]:
+    """Names or whole numbers of a sheet's rows, as they stand in a log; empty for other numbers."""
+    if column.codes is not None:
+        return [column.words[i] if i >= 0 else "" for i in column.codes]
+    values = column.values
+    if values is None or not np.array_equal(values, np.round(values)):
+        return []
+    return [f"{value:.0f}" for value in values]

@@ -1,0 +1,48 @@
+"""Cells under two feet by a letter for the foot and one for the cell: ``U_LA`` … ``U_RC``.
+
+Room: sniff; asked by columns. One name alone may end in a unit (``U_LB``) or in a place (``RF``).
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.vocabulary import PLACES
+
+_ENDS = re.compile(r"(?P<stem>.*(?:[\W_]|^))(?P<side>[LR])_?(?P<cell>[A-Z])(?P<unit>[\W_]*[\w/]*)")
+_FEWEST = 2
+_NO_PLACE = frozenset("XYZ")
+
+
+def with_lettered_cells(columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """Columns with foot and cell where their names are all pairs of a side and a letter."""
+    kinds: dict[tuple[str, str], dict[str, re.Match[str]]] = defaultdict(dict)
+    for column in columns:
+        found = _ENDS.fullmatch(column.column.strip())
+        if found and column.values is not None:
+            kinds[found["stem"], found["unit"]][column.column] = found
+    cells: dict[str, re.Match[str]] = {}
+    for own in kinds.values():
+        feet = {side: {m["cell"] for m in own.values() if m["side"] == side} for side in "LR"}
+        places = all((m["side"] + m["cell"]).lower() in PLACES for m in own.values())
+        whole = feet["L"] == feet["R"] and len(feet["L"]) >= _FEWEST
+        if whole and not places and not feet["L"] <= _NO_PLACE:
+            cells |= own
+    return [_of_a_foot(c, cells[c.column]) if c.column in cells else c for c in columns]
+
+
+def _of_a_foot(column: ColumnGuess, found: re.Match[str]) -> ColumnGuess:
+    side = "left" if found["side"] == "L" else "right"
+    unit = column.unit if found["unit"] else None
+    place = f"{side}_{found['cell'].lower()}"
+    name = NameGuess(
+        "reading", side=side, place=found["cell"].lower(), unit=unit,
+        factor=column.name.factor if unit else 1.0,
+    )  # fmt: skip
+    why = f"{place}, by a letter for its foot and one for itself"
+    return replace(column, name=name, unit=unit, sure="likely", why=why)

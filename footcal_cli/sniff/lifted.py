@@ -1,0 +1,76 @@
+"""Logs of a robot in the air, next to one in which it stands: the zeros of the same cells.
+
+Room: sniff; asked by several.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from footcal_cli.sniff.file_loads import escaped
+from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.plan import Entry, LogPlan
+
+_IN_THE_AIR = re.compile(
+    "air|lift|lifted|hang|hanging|hung|crane|hoist|suspended|zeros?|zeroes|offsets?|tare|unloaded|"
+    "empty|luft|hängend|haengend|kran|leer|null|nullpunkt|unbelastet|aire|colgado|cero|grúa|grua|"
+    "vacío|vacio|suspendu|levé|leve|grue|vide|zéros?|sospeso|aria|vuoto|suspenso|levantado"
+)
+"""Words of a log's name in which nothing lies on the cells, though it has stamps."""
+
+
+def with_lifted(
+    parts: Sequence[Part], others: Sequence[FileGuess]
+) -> tuple[list[Part], list[FileGuess]]:
+    """Logs of the same cells without stamps or a body as zeros, and the logs that fit nothing."""
+    cells = [part for part in parts if part.plan.role == "cells"]
+    standing = [part for part in cells if _stands(part)]
+    if len(standing) != 1:
+        return list(parts), list(others)
+    made = [
+        replace(part, plan=zeros) if (zeros := _zeros(part.plan.file, standing[0])) else part
+        for part in parts
+    ]
+    left = []
+    for file in others:
+        zeros = _zeros(file, standing[0])
+        if zeros is None:
+            left.append(file)
+        else:
+            made.append(Part(zeros, (file.path,), escaped(file.path.name)))
+    return made, left
+
+
+def _stands(part: Part) -> bool:
+    """Whether a log is one of standing: the body's motion is in it, or it has stamps and a name."""
+    stamped = "time_s" in part.plan.entries and not _spoken(part.plan.file)
+    return stamped or "com_x_m" in part.plan.entries or bool(part.beside)
+
+
+def _spoken(file: FileGuess) -> bool:
+    return any(_IN_THE_AIR.fullmatch(word) for word in words_of(file.path.stem))
+
+
+def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:
+    """The plan for a log of a robot in the air; None where it is of other cells, or stands."""
+    read = {n: e for n, e in standing.plan.entries.items() if n.endswith("_counts")}
+    own = {c.column: c for c in file.columns if c.values is not None}
+    wanted = [e.column.column for e in read.values() if e.column is not None]
+    if file is standing.plan.file or not wanted or not set(wanted) <= set(own):
+        return None
+    if file.of("com") or (file.of("time") and not _spoken(file)):
+        return None
+    entries: dict[str, Entry] = {
+        name: replace(entry, column=own[entry.column.column])
+        for name, entry in read.items() if entry.column is not None
+    }  # fmt: skip
+    return LogPlan(
+        file, "the same cells with the robot in the air: their zeros",
+        f"the cells of {standing.paths[0].name}, without "
+        + ("a body" if file.of("time") else "stamps"),
+        "likely", standing.plan.command, "zeros", entries, standing.plan.channels,
+    )  # fmt: skip

@@ -1,0 +1,163 @@
+"""A known weight at places of a foot: holes by their coordinates, or by names alone.
+
+Room: sniff; asked by experiment. All cells of the foot are read at each placement, and
+share the load: reading ``i`` at hole ``h`` is ``b_i + s_ih F``, another slope for each hole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.readings import straightness
+from footcal_cli.sniff.cells import WEIGHTS, WHERE
+from footcal_cli.sniff.groups import channel_names, slug
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
+from footcal_cli.sniff.plan import Blank, Entry, LogPlan, load_entry, of, reading_entry, times
+from footcal_cli.sniff.units import split_unit
+from footcal_cli.sniff.which_cell import as_label, followers, named_alike, one_cell_moves
+
+_LEAST = 3
+"""So many cells share a load, on so many holes."""
+_FOLLOWS, _EXPLAINED = 0.95, 0.98
+"""What the load explains of a reading under weights of its own; what load and hole explain here."""
+ASKED = "?"
+"""The place of a hole that no log says."""
+HOLES = Blank(
+    ('# in [columns]: each "?" of hole_x_m and hole_y_m becomes the place of that hole, in mm from',
+     "# the foot's origin, x forward, y left; or give init a sheet: hole,x_mm,y_mm"),
+    "no log says where the holes are",
+)  # fmt: skip
+
+
+def at_holes(
+    file: FileGuess, holes: Mapping[str, ColumnGuess], load: ColumnGuess,
+    cells: Sequence[ColumnGuess],
+) -> LogPlan | None:  # fmt: skip
+    """The plan for a known weight on holes of a foot; None where nothing says on which.
+
+    Parameters
+    ----------
+    holes
+        Columns of the holes' x and y; empty without.
+    load, cells
+        What was put on, and the readings of all cells.
+    """
+    if len(cells) < _LEAST:
+        return None
+    if {"x", "y"} <= set(holes):
+        hole_m = np.stack([numbers_of(holes[a]) for a in "xy"], axis=1)
+        points = [
+            column for column in file.of("placement", "sequence", "repeat")
+            if _one_place_each(column, hole_m)
+        ]  # fmt: skip
+        places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
+        return _plan(file, points[0] if points else None, places, load, cells)
+    label = _on_holes(file, load, cells)
+    if label is None:
+        return None
+    own = next(c for c in file.columns if c.column == label.column)
+    empty = _always_empty(label, numbers_of(load))
+    words = sorted(label.words, key=lambda word: (len(word), word))
+    names = {word: "0" if word in empty else ASKED for word in words}
+    entry = Entry(own, "mm", names=names, sure="guess", why=HOLES.why)
+    plan = _plan(file, own, {f"hole_{a}_m": entry for a in "xy"}, load, cells)
+    return replace(plan, blanks=(HOLES, *plan.blanks))
+
+
+def _plan(
+    file: FileGuess, point: ColumnGuess | None, places: Mapping[str, Entry], load: ColumnGuess,
+    cells: Sequence[ColumnGuess],
+) -> LogPlan:  # fmt: skip
+    named = {_as_written(name, c): c for name, c in channel_names(cells).items()}
+    labels = [c for c in file.of("label") if c.words and (not point or c.column != point.column)]
+    repeats = [c for c in file.of("repeat") if c.values is not None and c is not point]
+    put, asked = load_entry(load)
+    entries = {
+        "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
+        "placement": of(point) if point else Entry(value="point", why="no name of the points"),
+        **places,
+        "load_n": put,
+        **({"repeat": of(repeats[0])} if repeats else {}),
+        **times(file, needed=False)[0],
+        **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
+    }
+    foot = labels[0].words[0] if labels else "foot"
+    lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",
+             *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
+    return LogPlan(
+        file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
+        "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
+        blanks=(*asked, Blank(lines, WHERE), WEIGHTS),
+    )  # fmt: skip
+
+
+def _as_written(name: str, cell: ColumnGuess) -> str:
+    """A cell's name; that of its column where the name is but its number: ``s1`` of ``S1_mV``."""
+    stem = slug(split_unit(cell.column)[0])
+    number = name.removeprefix("cell_").isdigit() or name.replace("_", "") == stem
+    return stem if number else name
+
+
+def _one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:
+    """Whether rows of one name or number are of one hole (n, 2), and the holes several."""
+    named = column.values if column.codes is None else column.codes
+    _, first, group = np.unique(
+        numbers_of(column) if named is None else named, return_index=True, return_inverse=True
+    )
+    return first.size > 1 and np.array_equal(hole_m[first][group.ravel()], hole_m)
+
+
+def _on_holes(
+    file: FileGuess, load: ColumnGuess, cells: Sequence[ColumnGuess]
+) -> ColumnGuess | None:
+    """The column of the holes as words; None where no column says on which the load stood.
+
+    With the load it explains all readings, which the load alone does not; where every hole was
+    loaded once, it is the column that is called a hole.
+    """
+    put, read = numbers_of(load), [numbers_of(c) for c in cells]
+    if any(r.size != put.size for r in read) or one_cell_moves(load, cells):
+        return None
+    if max(straightness(put, r) for r in read) > _FOLLOWS:
+        return None
+    used = {c.column for c in (load, *cells)}
+    best, most = None, _EXPLAINED
+    for column in file.columns:
+        label = as_label(column) if column.column not in used else None
+        if label is None or len(label.words) < _LEAST or followers(load, label, cells):
+            continue
+        if named_alike(label.words, cells):
+            continue
+        shares = [_explained(put, r, codes_of(label)) for r in read]
+        once = column.quantity == "placement" and not np.isfinite(shares).any()
+        if once and best is None:
+            best = label
+        elif min(shares) > most:
+            best, most = label, min(shares)
+    return best
+
+
+def _explained(load: FloatArray, read: FloatArray, codes: IntArray) -> float:
+    """Share of a reading's variance that ``b + s_h F`` explains, for its degrees of freedom.
+
+    NaN where there are as many unknowns as rows.
+    """
+    good: BoolArray = np.isfinite(load) & np.isfinite(read)
+    slopes = [np.where(codes == at, load, 0.0)[good] for at in np.unique(codes)]
+    table = np.column_stack([np.ones(int(good.sum())), *(s for s in slopes if s.any())])
+    free = len(table) - table.shape[1]
+    spread = float(np.var(read[good], ddof=1)) if len(table) > 1 else 0.0
+    if free <= 0 or spread == 0.0:
+        return float("nan")
+    left = read[good] - table @ np.linalg.lstsq(table, read[good], rcond=None)[0]
+    return 1.0 - float(left @ left) / free / spread
+
+
+def _always_empty(label: ColumnGuess, load: FloatArray) -> set[str]:
+    """Words of rows in which nothing lay on the foot: ``-``, ``0``."""
+    codes = codes_of(label)
+    return {w for at, w in enumerate(label.words) if not np.nan_to_num(load[codes == at]).any()}
