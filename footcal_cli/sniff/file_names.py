@@ -16,7 +16,7 @@ from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names, escaped, loads_named
-from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.groups import readings, slug, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
@@ -213,18 +213,18 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
 
 def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
     """The transducers or the cells of a robot's feet in a file each, joined by time."""
-    addresses = [name_guess(word) for word in names.middle]
+    sides = [_foot_of(file, word) for file, word in zip(group, names.middle, strict=True)]
     timed = all(file.of("time") for file in group) and not one_after_another(group)
-    if not timed or sorted((a.side, a.place) for a in addresses) != [("left", ""), ("right", "")]:
+    if not timed or not all(sides) or len({*sides}) < len(group):
         return None
     columns = []
     first, clock = group[0], seconds_of(group[0].of("time")[0])
-    for i, (file, address) in enumerate(zip(group, addresses, strict=True)):
+    for i, (file, side) in enumerate(zip(group, sides, strict=True)):
         stem = file.path.name.rsplit(".", 1)[0]
         six, theirs = wrenches(numbered(file)), seconds_of(file.of("time")[0])
         for c in next(iter(six.values())).values() if six else readings(file):
-            name = replace(c.name, side=address.side, owner="")
-            name = replace(name, place="") if six else name
+            name = replace(c.name, side=side, owner="")
+            name = replace(name, place="" if six else name.place or slug(c.column))
             made = replace(c, name=name)
             if i > 0:
                 made = replace(made, column=f"{stem}.{c.column}")
@@ -237,8 +237,15 @@ def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
     )))  # fmt: skip
     if plan is None:
         return None
-    beside = (Beside(group[1], "time", why="the other foot"),)
+    beside = tuple(Beside(file, "time", why="the other foot") for file in group[1:])
     return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _foot_of(file: FileGuess, word: str) -> str:
+    """The foot that a file is of, by its cells or by its name; empty where neither says it."""
+    sides = {c.name.side for c in readings(file)}
+    name = name_guess(word)
+    return sides.pop() if len(sides) == 1 and "" not in sides else name.side * (not name.place)
 
 
 def _per_plate(group: list[FileGuess], names: Names) -> Part | None:

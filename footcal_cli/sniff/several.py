@@ -29,6 +29,7 @@ from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.six_axis import HUNG_FIRST
 from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.sniff.twins import by_experiment, without_twins
+from footcal_cli.sniff.walking import walked
 from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.units import TIMES
 
@@ -38,7 +39,7 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
-    parts, others = _planned(files)
+    parts, others = _planned(walked(files))
     made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
