@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -148,3 +149,25 @@ def test_a_hold_that_is_too_short_names_the_length_that_would_take_it() -> None:
     problem, remedy = why_no_hold(t, reading, PlateauOptions(window_s=0.5, min_hold_s=3.0))
     assert "less than min_hold_s = 3 s" in problem
     assert "min_hold_s = 1" in remedy
+
+
+def test_numbers_may_be_called_by_names_as_words_are(tmp_path: Path) -> None:
+    """A setup 0, 1, 2: in a table of numbers as much as in a text."""
+    axes = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+    log = pd.DataFrame(
+        {"setup": [0.0, 1.0, 1.0], "leg": ["a"] * 3, "time_s": [0.0, 0.1, 0.2]}
+        | dict.fromkeys(axes, 1.0)
+    )
+    log.to_parquet(tmp_path / "log.parquet")
+    log.to_csv(tmp_path / "log.csv", index=False)
+    said = recipe(
+        tmp_path,
+        """
+        [columns]
+        orientation = { column = "setup", names = { "0" = "+x", "1.0" = "-z" } }
+    """,
+    )
+    for name in ("log.parquet", "log.csv"):
+        path = tmp_path / name
+        table = read_table(path, hang_table(), said.reading(path), gravity_mps2=G)
+        assert list(table.text("orientation")) == ["+x", "-z", "-z"]

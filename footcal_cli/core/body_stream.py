@@ -189,15 +189,16 @@ def check_acceleration(
     ]  # fmt: skip
 
 
-def note_differentiated(com_acc_mps2: FloatArray) -> list[Finding]:
-    """Say that an acceleration (n, 3) that nobody logged is the second derivative of the CoM."""
+def note_differentiated(com_acc_mps2: FloatArray, *, velocity: bool = False) -> list[Finding]:
+    """Say that an acceleration (n, 3) that nobody logged is a derivative, and of what."""
     if np.isfinite(com_acc_mps2).any():
         return []
+    of = "its velocity" if velocity else "its position, the second one,"
     return [
         Finding(
             "acceleration_differentiated", "note", "com_acc",
-            "the log has no acceleration of the CoM: the second derivative of its position is "
-            "taken", "log it too where the estimator has it (com_acc_x_mps2 …): it is less noisy",
+            f"the log has no acceleration of the CoM: the derivative of {of} is taken",
+            "log it too where the estimator has it (com_acc_x_mps2 …): it is less noisy",
         )
     ]  # fmt: skip
 
@@ -261,10 +262,7 @@ def _motion_ratio(
 def check_imu(imu_acc_mps2: FloatArray, gravity_mps2: float, where: str) -> list[Finding]:
     """Find a specific force that is in g, or from which gravity was taken off.
 
-    Parameters
-    ----------
-    imu_acc_mps2
-        Shape (n, 3).
+    `imu_acc_mps2` has the shape (n, 3).
     """
     size = np.linalg.norm(imu_acc_mps2[np.isfinite(imu_acc_mps2).all(axis=1)], axis=1)
     if size.size < _FEWEST:

@@ -204,6 +204,21 @@ def acceleration_of(place_m: FloatArray, time_s: FloatArray) -> FloatArray:
     return np.asarray(np.nan_to_num(acceleration))
 
 
+def slopes_of(values: FloatArray, time_s: FloatArray) -> FloatArray:
+    """First derivative over the sample before and the one after, shape of `values`; 0 where lost.
+
+    Parameters
+    ----------
+    values
+        Shape (n, ...).
+    time_s
+        Increasing stamps of the stream, shape (n,).
+    """
+    if len(time_s) < 2:
+        return np.zeros_like(values)
+    return np.asarray(np.nan_to_num(np.gradient(values, time_s, axis=0)))
+
+
 def interpolate_stream(
     time_s: FloatArray, values: FloatArray, at_s: FloatArray, *, max_gap_s: float
 ) -> tuple[FloatArray, BoolArray]:

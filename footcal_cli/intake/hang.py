@@ -129,7 +129,8 @@ def _gravity(
         raise DataError(
             f"orientation '{unknown[0]}' is none of +x −x +y −y +z −z",
             file=table.path, column="orientation",
-            remedy="name the axis along gravity (+x, or +x down; +x up), or give gravity_x "
+            remedy="say in [columns] which axis points along gravity in each, orientation = "
+            f'{{ column = "…", names = {{ "{unknown[0]}" = "+x", … }} }}, or give gravity_x '
             "gravity_y gravity_z or body_qx body_qy body_qz body_qw",
         )  # fmt: skip
     return gravity, None

@@ -170,7 +170,7 @@ def _note_clocks(
     session.note(check_overlap(stream.time_s, motion.time_s, log.name, own))
     acc = motion.com_acc_mps2
     moved = np.hstack([motion.com_m, acc] if np.isfinite(acc).any() else [motion.com_m])
-    session.note(note_differentiated(acc))
+    session.note(note_differentiated(acc, velocity=motion.com_vel_mps is not None))
     session.note(check_rates(stream.time_s, stream.readings, motion.time_s, moved, log.name))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from footcal_cli.core.checks.impossible import find_impossible
 from footcal_cli.core.online.streams import BodyStream, SensorStream
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import headings, rotations_logged
+from footcal_cli.core.spatial import headings, rotations_logged, rotations_of_rpy
 from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.table import Table
 
@@ -48,13 +48,9 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
             quaternion = table.numbers([f"{foot}_foot_q{axis}" for axis in "xyzw"])
             rot = rotations_logged(quaternion)
         else:
-            yaw = (
-                possible([f"{foot}_foot_yaw_rad"])[:, 0]
-                if f"{foot}_foot_yaw_rad" in table
-                else np.zeros(n)
-            )
-            about_z = np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
-            rot = rotations_logged(about_z)
+            angles = [f"{foot}_foot_{angle}_rad" for angle in ("roll", "pitch", "yaw")]
+            rpy = [possible([a])[:, 0] if a in table else np.zeros(n) for a in angles]
+            rot = rotations_of_rpy(np.stack(rpy, axis=1))
         rotations.append(rot)
         yaws.append(headings(rot))
     momentum = (
@@ -68,6 +64,7 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
         com_acc_mps2=(
             triple("com_acc_{}_mps2") if "com_acc_x_mps2" in table else np.full((n, 3), np.nan)
         ),
+        com_vel_mps=triple("com_vel_{}_mps") if "com_vel_x_mps" in table else None,
         angmom_rate_nm=momentum,
         feet_m=np.stack([triple(f"{foot}_foot_{{}}_m") for foot in feet], axis=1),
         feet_yaw_rad=np.stack(yaws, axis=1),

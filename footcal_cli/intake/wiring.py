@@ -61,7 +61,7 @@ def _feet_exchanged(log: Log, readings: FloatArray) -> list[Finding]:
     """Two feet that carry each other's load, by when they move."""
     feet = feet_of(log)
     if is_six_axis(log.channels):
-        load = readings[:, 2::6]
+        load = _vertical(log, readings)
     else:
         own = columns_of(Scope.FOOT, log.channels)
         load = np.stack([readings[:, cells].sum(axis=1) for cells in own], axis=1)
@@ -82,8 +82,12 @@ def _unhurried(log: Log, cop_m: FloatArray, rows: IntArray) -> IntArray:
 def _carried(merged: Merged) -> list[Finding]:
     """Vertical force of six-axis feet against the weight of the robot."""
     log = merged.log
-    feet = log.known["foot_rot_wt"].shape[1]
-    force = log.readings.reshape(len(log), feet, 6)[..., :3]
-    vertical = np.einsum("nkj,nkj->nk", log.known["foot_rot_wt"][:, :, 2, :], force)
-    total = vertical.sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
+    total = _vertical(log, log.readings).sum(axis=1) + log.known["foot_weight_n"].sum(axis=1)
     return check_total_force(total, merged.weight_n, "all feet")
+
+
+def _vertical(log: Log, readings: FloatArray) -> FloatArray:
+    """Force along the world's z of each transducer, however it is mounted, shape (n, feet), N."""
+    up_t = log.known["foot_rot_wt"][:, :, 2, :]
+    force = readings.reshape(*up_t.shape[:2], 6)[..., :3]
+    return np.asarray(np.einsum("nkj,nkj->nk", up_t, force))

@@ -100,7 +100,8 @@ class Foot(Frozen):
     ``left_cop_x_m``, ``left_cop_y_m``), as plates and insoles report them, and its three cells
     stand in for the plate, in the frame of the CoP.
     `transducer_rotation_rpy_rad` turns its axes into those of the logged foot frame; what hangs at
-    `com_below_m` weighs `weight_below_n` ± `weight_below_sd_n` (plates: 0; else 0.45 % of all).
+    `com_below_m`, in the transducer's axes, weighs `weight_below_n` ± `weight_below_sd_n` (plates:
+    0; else 0.45 % of all).
     """
 
     cells: dict[str, Cell] = Field(default_factory=dict)

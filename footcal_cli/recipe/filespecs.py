@@ -31,7 +31,8 @@ class Place(ForeignColumn):
     cell's counts, the number of codes of a converter whose sign was lost.
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
     empty cell means what stands above it. `only_where` is for a weight that lies on one cell at a
-    time, ``{ loaded_cell = "FL" }``: where that column says something else the number is 0.
+    time, ``{ loaded_cell = "FL" }``: where that column says something else the number is 0. With
+    two columns, ``{ foot = "left", cell = "1" }``, rows that say something else are left out.
     `missing` says what a cell holds where there was no reading (``["-9999"]``; ``[""]`` for an
     empty one or NaN): such rows of a bench log are left out and counted. Instead of `column`, a
     `value` holds for every row, and `file_name` is a regular expression whose first group in the

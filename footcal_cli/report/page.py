@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from footcal_cli.core.quality import Finding
 from footcal_cli.records.results import RunRecord
 from footcal_cli.report import Drawn, Picture, Report, Sheet, plural
+from footcal_cli.report.causes import one_per_cause
 from footcal_cli.report.columns import EMPTY, laid_out
 
 if TYPE_CHECKING:
@@ -165,8 +166,8 @@ def _is_tall(png: bytes) -> bool:
 
 
 def _with_one_remedy(findings: Sequence[Finding]) -> list[list[Finding]]:
-    """Findings that follow each other and ask for the same."""
-    asks = groupby(findings, lambda finding: (finding.severity, finding.remedy))
+    """Findings that follow each other and ask for the same, those of one cause as one."""
+    asks = groupby(one_per_cause(findings), lambda finding: (finding.severity, finding.remedy))
     return [list(group) for _, group in asks]
 
 

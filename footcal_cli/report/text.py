@@ -16,6 +16,7 @@ from rich.table import Table as RichTable
 
 from footcal_cli.core.quality import Finding
 from footcal_cli.report import Report, Sheet, plural
+from footcal_cli.report.causes import one_per_cause
 from footcal_cli.report.columns import laid_out
 
 _MARKS = {"good": "green", "warning": "yellow", "bad": "red"}
@@ -35,7 +36,7 @@ def print_text(report: Report, console: Console) -> None:
         _say(console, "  → ", line, style="bold")
     for line in report.verdict.details:
         _say(console, "  • ", line)
-    for finding in report.findings:
+    for finding in one_per_cause(report.findings):
         _say_finding(console, finding)
     for sheet in report.leading[:1]:
         console.print(_drawn(sheet, console.width))

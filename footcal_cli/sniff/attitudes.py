@@ -28,7 +28,7 @@ from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import LETTERED
 from footcal_cli.sniff.plan import Entry, of
-from footcal_cli.sniff.sides import orientation_in
+from footcal_cli.sniff.sides import opposite, orientation_in, pulls
 from footcal_cli.tables.columns import AXIS_ANGLE, ROTVEC, RPY, XYZ, ZYZ
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
@@ -49,7 +49,6 @@ _INTRINSIC, _PROPER = partial(rotations_of_euler, "XYZ"), partial(rotations_of_e
 _ZYZ_SAID = "angles about z, y and the turned z"
 Rotations = Callable[[FloatArray], FloatArray]
 _MOST = 4000
-_AXES = {a: np.eye(3)[i] for i, a in enumerate("xyz")}
 
 
 @dataclass(frozen=True)
@@ -156,14 +155,14 @@ def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> 
     axes = {word: orientation_in(word) for word in dict.fromkeys(words)}
     if not all(axes.values()):
         return None
-    gravity = np.array([_pulls(axes[word] or "") for word in words])
+    gravity = np.array([pulls(axes[word] or "") for word in words])
     names = {word: axis or "" for word, axis in axes.items()}
     candidate = AttitudeReading({}, gravity, "")
     slope, left = _fit(candidate, force)
     warnings: tuple[str, ...] = ()
     reacts = bool(slope < 0 and left < EXPLAINED)
     if reacts:
-        names = {word: _opposite(axis) for word, axis in names.items()}
+        names = {word: opposite(axis) for word, axis in names.items()}
         warnings = (
             "the forces are the weight only if the names say which axis points up, or if the "
             "transducer reads what it exerts: each name was turned round",
@@ -171,15 +170,6 @@ def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> 
     if left > EXPLAINED:
         warnings = ("the forces are not the weight of one thing in the orientations named",)
     return Attitude({"orientation": replace(entry, names=names)}, warnings, False, left < EXPLAINED)
-
-
-def _pulls(orientation: str) -> FloatArray:
-    sign = 1.0 if orientation[0] == "+" else -1.0
-    return np.asarray(sign * _AXES[orientation[1]])
-
-
-def _opposite(orientation: str) -> str:
-    return ("-" if orientation[0] == "+" else "+") + orientation[1]
 
 
 def _best(

@@ -160,6 +160,8 @@ def _in_newton(cell: ColumnGuess) -> ColumnGuess:
 
 def _on_foot(name: str, cell: ColumnGuess, on: str) -> str:
     """A cell's name behind that of its foot: ``left_fl``; behind `on` where none is named."""
+    if cell.name.side and cell.name.place and name == cell.name.address:
+        return name.replace("_foot_", "_", 1)
     foot, _, place = name.partition("_")
     if foot in ("left", "right") and place:
         return f"{foot}_{place.removeprefix('foot_')}"

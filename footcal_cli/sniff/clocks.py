@@ -11,6 +11,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
+from footcal_cli.sniff.units import LOADS
 from footcal_cli.tables.canonical import unwrapped
 
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
@@ -92,10 +93,33 @@ def first_in_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         or first.quantity not in ("reading", "unknown", "hole")
         or values is None
         or not (increases(values) and even(values))
+        or (any(c.quantity == "load" for c in columns) and any(_evenly(c) for c in read))
     ):
         return columns
     taken = first.as_quantity("time", "guess", "the first column, increases evenly")
     return [taken if column is first else column for column in columns]
+
+
+def _evenly(column: ColumnGuess) -> bool:
+    return column.values is not None and increases(column.values) and even(column.values)
+
+
+def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """Columns of which several increase evenly beside a known load are its readings, no clocks.
+
+    Parameters
+    ----------
+    by_name
+        The same columns as their names say.
+    """
+    made = [
+        c.column for c, named in zip(columns, by_name, strict=True)
+        if c.quantity == "time" and named.quantity not in ("time", "sequence")
+    ]  # fmt: skip
+    loads = any(c.quantity == "load" or c.unit in LOADS for c in columns)
+    if len(made) < 2 or not loads:
+        return columns
+    return [named if c.column in made else c for c, named in zip(columns, by_name, strict=True)]
 
 
 def one_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:

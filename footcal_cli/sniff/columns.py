@@ -16,6 +16,7 @@ from footcal_cli.sniff.clocks import (
     increases,
     nearly_increases,
     noted_in_seconds,
+    one_clock,
     one_time,
     rate_of,
     restarts,
@@ -59,8 +60,7 @@ _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
 _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
-_LEAST_SUMMARIES = 2
-_LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
+_LEAST_SUMMARIES, _LEAST_ROWS, _LARGEST, _STRAIGHT = 2, 5, 1e5, 0.99
 OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle"}
 """Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
 _OFTEN = 0.5
@@ -199,8 +199,8 @@ def _where_read(column: ColumnGuess) -> ColumnGuess:
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = without_derived(with_flight_angles(without_supply(_one_statistic(columns))))
-    found = _without_silent([_numbered(column) for column in found])
-    found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
+    found = first_in_time(_without_silent(one_clock([_numbered(c) for c in found], found)))
+    found = noted_in_seconds(_newtons(_only_numbers(one_time(found))))
     if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]

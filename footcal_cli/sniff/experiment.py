@@ -60,7 +60,8 @@ def plan_of(file: FileGuess) -> LogPlan | None:
     put = loads or [c for c in file.of("load") if c.values is not None]  # one weight everywhere
     if put and not six and (placed := at_holes(file, holes, put[0], cells)) is not None:
         return placed
-    plates = None if holes or (loads and cells) else force_and_cop(file)
+    hips = six and len({word for c in file.of("label") for word in c.words}) > 1
+    plates = None if holes or (loads and cells) or hips else force_and_cop(file)
     if plates is not None:
         return plates
     rig = known_wrench(file, six)

@@ -16,7 +16,7 @@ from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names, escaped, loads_named
-from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.groups import readings, slug, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
@@ -90,6 +90,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(group, plan, names), paths, names.match))
         )  # fmt: skip
+    if len(six) == 1 and not first.of("load") and (hung := _legs_per_orientation(group, names)):
+        return hung
     if len(readings(first)) > 1 and not stated and not six:
         both = cell_and_load(group, *names.with_unit)
         if both is not None:
@@ -156,6 +158,31 @@ def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:
     return Part(plan, tuple(file.path for file in group), names.match)
 
 
+def _legs_per_orientation(group: list[FileGuess], names: Names) -> Part | None:
+    """One file per orientation of a body that carries several transducers, a row for each."""
+    first = numbered(group[0])
+    plan = plan_of(first)
+    if plan is None or first.of("orientation") or attitude_of(first, None) is not None:
+        return None
+    words = tuple(called([file.path for file in group]))
+    codes = np.repeat(np.arange(len(group)), [file.rows for file in group])
+    why = "the files' names"
+    column = ColumnGuess(
+        why, NameGuess("orientation"), None, "likely", why, words=words, codes=codes
+    )  # fmt: skip
+    whole = plan_of(as_one(group, (column,)))
+    hung = None if whole is None else whole.entries.get("orientation")
+    if whole is None or hung is None or len({*hung.names.values()}) < _LEAST_ORIENTATIONS:
+        return None
+    expression = "^(.+/.+)$" if names.of_folders else "^(.+)$"
+    clock = {name: plan.entries[name] for name in ("time_s",) if name in plan.entries}
+    orientation = Entry(file_name=expression, sure="likely", why=why, names=hung.names)
+    entries = {**whole.entries, **clock, "orientation": orientation}
+    made = replace(whole, file=group[0], entries=entries, rate_hz=plan.rate_hz,
+                   kind=f"{whole.kind}, one file per orientation")  # fmt: skip
+    return Part(made, tuple(file.path for file in group), names.match)
+
+
 def _per_load(group: list[FileGuess], names: Names) -> Part | None:
     """One file per weight, which the file's name gives; of six axes the vertical force is read."""
     six = wrenches(numbered(group[0]))
@@ -186,18 +213,18 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
 
 def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
     """The transducers or the cells of a robot's feet in a file each, joined by time."""
-    addresses = [name_guess(word) for word in names.middle]
+    sides = [_foot_of(file, word) for file, word in zip(group, names.middle, strict=True)]
     timed = all(file.of("time") for file in group) and not one_after_another(group)
-    if not timed or sorted((a.side, a.place) for a in addresses) != [("left", ""), ("right", "")]:
+    if not timed or not all(sides) or len({*sides}) < len(group):
         return None
     columns = []
     first, clock = group[0], seconds_of(group[0].of("time")[0])
-    for i, (file, address) in enumerate(zip(group, addresses, strict=True)):
+    for i, (file, side) in enumerate(zip(group, sides, strict=True)):
         stem = file.path.name.rsplit(".", 1)[0]
         six, theirs = wrenches(numbered(file)), seconds_of(file.of("time")[0])
         for c in next(iter(six.values())).values() if six else readings(file):
-            name = replace(c.name, side=address.side, owner="")
-            name = replace(name, place="") if six else name
+            name = replace(c.name, side=side, owner="")
+            name = replace(name, place="" if six else name.place or slug(c.column))
             made = replace(c, name=name)
             if i > 0:
                 made = replace(made, column=f"{stem}.{c.column}")
@@ -210,8 +237,15 @@ def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
     )))  # fmt: skip
     if plan is None:
         return None
-    beside = (Beside(group[1], "time", why="the other foot"),)
+    beside = tuple(Beside(file, "time", why="the other foot") for file in group[1:])
     return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _foot_of(file: FileGuess, word: str) -> str:
+    """The foot that a file is of, by its cells or by its name; empty where neither says it."""
+    sides = {c.name.side for c in readings(file)}
+    name = name_guess(word)
+    return sides.pop() if len(sides) == 1 and "" not in sides else name.side * (not name.place)
 
 
 def _per_plate(group: list[FileGuess], names: Names) -> Part | None:

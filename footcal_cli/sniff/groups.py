@@ -175,7 +175,7 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
 
 
 def slug(name: str) -> str:
-    """A name in small letters and underscores, without the word for a reading."""
+    """A name as part of a recipe's key, without its unit or the word for a reading."""
     letters = "".join(
         c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c)
     )

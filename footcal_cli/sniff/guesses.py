@@ -130,9 +130,22 @@ def as_one(group: Sequence[FileGuess], more: Sequence[ColumnGuess]) -> FileGuess
     columns = []
     for at, first in enumerate(group[0].columns):
         parts = [file.columns[at].values for file in group]
+        texts = [file.columns[at] for file in group]
+        if all(text.codes is not None for text in texts):
+            columns.append(_texts_below(texts))
         if any(part is None for part in parts):
             continue
         whole: FloatArray = np.concatenate([part for part in parts if part is not None])
         columns.append(replace(first, values=whole))
     rows = sum(file.rows for file in group)
     return replace(group[0], columns=(*more, *columns), rows=rows)
+
+
+def _texts_below(texts: Sequence[ColumnGuess]) -> ColumnGuess:
+    """Columns of texts below each other, with one list of words."""
+    words = tuple(dict.fromkeys(word for text in texts for word in text.words))
+    codes = []
+    for text in texts:
+        own = np.array([*(words.index(word) for word in text.words), -1])
+        codes.append(own[codes_of(text)])
+    return replace(texts[0], words=words, codes=np.concatenate(codes))

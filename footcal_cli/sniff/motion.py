@@ -166,7 +166,7 @@ def without_motion(file: FileGuess) -> FileGuess:
         return file
     columns = (
         c.as_quantity("other", "likely", "the body's motion")
-        if c.quantity not in ("com", "com_acc", "angle", "quaternion") and _of_motion(c)
+        if c.quantity not in ("com", "com_acc", "motion", "angle", "quaternion") and _of_motion(c)
         else c
         for c in file.columns
     )
@@ -250,6 +250,8 @@ def _canonical(column: ColumnGuess) -> str:
         return ""
     words, side = _words(column), column.name.side or column.name.place
     last = words[-1] if words else ""
+    if column.quantity == "motion":
+        return column.name.owner
     if column.quantity in ("com", "com_acc"):
         stem, unit = {"com": ("com", "m"), "com_acc": ("com_acc", "mps2")}[column.quantity]
         return f"{stem}_{column.name.axis}_{unit}"

@@ -73,51 +73,87 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
     if not candidates:
         return None
     first = candidates[0]
-    fits = [{name: _kabsch(one.gravity, f) for name, f in forces.items()} for one in candidates]
-    left = [float(np.mean([fit.left for fit in own.values()])) for own in fits]
+    hung = [hung_on(one.gravity, forces) for one in candidates]
+    left = [one.left for one in hung]
     at = int(np.argmin(left))
     if left[0] < 2 * left[at] + 1e-4:
         at = 0
     # of most: one leg with a broken axis does not make a robot that hangs one that stands
-    if np.median([fit.left for fit in fits[at].values()]) >= EXPLAINED:
+    if not hung[at].explained:
         return Mounts(Attitude(first.entries, explains=False), {}, False)
     if not turns(first.gravity):
         return Mounts(Attitude(first.entries), {}, None)
-    reacts = float(np.median([fit.sign for fit in fits[at].values()])) < 0
+    reacts = hung[at].reacts
     chosen: AttitudeReading = candidates[at]
     warnings = (f"{chosen.said}: so the forces are the weights of the legs",) if at else ()
-    rotation = {name: _nominal(fit.rotation) for name, fit in fits[at].items()}
     if reacts and (why := upside_down(file, chosen)):
         reacts, chosen = False, chosen.upside_down
         warnings = (*warnings, f"{why}: so the legs have weight")
     elif reacts:
         warnings = (*warnings, REACTS.format("the transducers read", "them", "their"))
     attitude = Attitude(chosen.entries, warnings, reacts, True, chosen.world_up)
-    return Mounts(attitude, rotation, True)
+    return Mounts(attitude, hung[at].rotation, True)
+
+
+@dataclass(frozen=True)
+class Hung:
+    """Transducers that hang on one body, in one reading of its attitude.
+
+    Parameters
+    ----------
+    rotation
+        Transducer to body by name, shape (3, 3); along axes or in whole degrees.
+    reacts
+        Whether they read the opposite of what pulls on them.
+    left, explained
+        Mean share of the forces' variance that is left, and whether most have little left.
+    either
+        Whether the attitudes lie in a plane, so that other rotations fit the opposite sign as well.
+    """
+
+    rotation: Mapping[str, FloatArray]
+    reacts: bool
+    left: float
+    explained: bool
+    either: bool
+
+
+def hung_on(gravity_b: FloatArray, forces: Mapping[str, FloatArray]) -> Hung:
+    """Rotations and the one sign of all transducers, the plainest of those that fit.
+
+    A plane of attitudes fits both signs: that with the smaller rotations is taken, and the weight
+    pulls as it should where they are alike.
+    """
+    fits = [{name: _kabsch(gravity_b, f)[i] for name, f in forces.items()} for i in (0, 1)]
+    left = [float(np.median([fit.left for fit in own.values()])) for own in fits]
+    found = [{name: _nominal(fit.rotation) for name, fit in own.items()} for own in fits]
+    either = max(left) < 2 * min(left) + 1e-4 and max(left) < EXPLAINED
+    turned = [float(np.mean([_angle(turn) for turn in own.values()])) for own in found]
+    plainer = turned[1] < turned[0] - _AXES_NEAR
+    reacts = bool(plainer if either else left[1] < 0.5 * left[0])
+    chosen = fits[reacts]
+    mean = float(np.mean([fit.left for fit in chosen.values()]))
+    return Hung(found[reacts], reacts, mean, left[reacts] < EXPLAINED, either)
 
 
 @dataclass(frozen=True)
 class _Fit:
-    """Rotation transducer to body, sign of the weight, share of the variance that is left."""
+    """Rotation transducer to body, share of the variance that is left."""
 
     rotation: FloatArray
-    sign: float
     left: float
 
 
-def _kabsch(gravity_b: FloatArray, force: FloatArray) -> _Fit:
-    """``f = ± w Rᵀ g + b`` in least squares, `R` a rotation.
-
-    A plane of attitudes fits both signs: the weight then pulls as it should.
-    """
+def _kabsch(gravity_b: FloatArray, force: FloatArray) -> tuple[_Fit, _Fit]:
+    """``f = w Rᵀ g + b`` and ``f = −w Rᵀ g + b`` in least squares, `R` a rotation."""
     good = np.flatnonzero(np.isfinite(force).all(axis=1) & np.isfinite(gravity_b).all(axis=1))
     good = good[:: max(1, good.size // _MOST)]
     if good.size < 4:
-        return _Fit(np.eye(3), 1.0, 1.0)
+        return _Fit(np.eye(3), 1.0), _Fit(np.eye(3), 1.0)
     f, g = force[good] - force[good].mean(axis=0), gravity_b[good] - gravity_b[good].mean(axis=0)
     whole = float((f * f).sum() * (g * g).sum())
     if whole == 0.0:
-        return _Fit(np.eye(3), 1.0, 1.0)
+        return _Fit(np.eye(3), 1.0), _Fit(np.eye(3), 1.0)
     u, size, vt = np.linalg.svd(g.T @ f)
     mirrored = np.linalg.det(u @ vt) < 0
     least = np.array([1.0, 1.0, -1.0 if mirrored else 1.0])
@@ -125,9 +161,7 @@ def _kabsch(gravity_b: FloatArray, force: FloatArray) -> _Fit:
     # a few attitudes are explained by any rotation: each number that is fitted counts
     by_chance = 3 * good.size / (3 * good.size - _FITTED)
     pulls, pushes = (by_chance * (1.0 - float(size @ d) ** 2 / whole) for d in (least, most))
-    if pushes < 0.5 * pulls:
-        return _Fit(-(u * most) @ vt, -1.0, pushes)
-    return _Fit((u * least) @ vt, 1.0, pulls)
+    return _Fit((u * least) @ vt, pulls), _Fit(-(u * most) @ vt, pushes)
 
 
 def _nominal(rotation: FloatArray) -> FloatArray:

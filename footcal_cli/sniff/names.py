@@ -22,9 +22,11 @@ from footcal_cli.sniff.vocabulary import (
     EAST_ASIAN,
     ENDS,
     ITALIAN,
+    JOINTS,
     OF_A_LEG,
     PLACES,
     SAID_OTHERWISE,
+    SHAFTS,
     SIDES,
     WORDS,
 )
@@ -89,6 +91,7 @@ _F_OF = 3
 _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
     ("rohwert", "reading"), ("wellenwinkel", "phase"), ("beinwinkel", "phase"),
+    ("temp", "temperature"), ("temperatur", "temperature"), ("temperature", "temperature"),
 )  # fmt: skip
 """How compound words end that say what a column is: ``Prüfgewicht``."""
 _NOT_OF_CELLS = {
@@ -99,6 +102,8 @@ _NOT_OF_CELLS = {
 _NO_FORCE = {"com", "acc", "gyro", "imu", "position", "pos", "pose", "translation"}
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
+_ANGLE_OF = {"q", "angle", "theta", "winkel", "angulo", "ángulo", "angolo", "hoek", "pos"}
+"""What a joint's angle is called without a unit: ``q_hfe``."""
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
@@ -224,6 +229,10 @@ def name_guess(name: str) -> NameGuess:
     warm = degrees(words, unit) if quantity in ("temperature", "time", "unknown") else None
     if warm and (quantity == "temperature" or unit or stem[0] == "T"):
         quantity, unit = "temperature", warm
+    elif quantity == "temperature" and unit == "deg":
+        unit = "degC"  # Temperatur_Grad
+    if quantity in ("unknown", "reading", "load") and not axis:
+        quantity = _joint({*words}, unit) or quantity
     if quantity == "unknown" and len(stem) > 1 and (clock := known_unit(stem)) in TIMES:
         quantity, unit = "time", clock  # sec, Sekunden
     owner = "_".join(w for w in rest if w not in used and w not in NOISE)
@@ -351,6 +360,13 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)
+
+
+def _joint(words: set[str], unit: str | None) -> Quantity | None:
+    """The angle of a joint that turns a leg, or of another; None for what is no such angle."""
+    if words & {*_NOT_OF_CELLS, "vel", "dot"} or not (unit in ("deg", "rad") or words & _ANGLE_OF):
+        return None
+    return "phase" if words & SHAFTS else "other" if words & JOINTS else None
 
 
 def _meant(word: str) -> Quantity | None:

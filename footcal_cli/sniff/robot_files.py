@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from footcal_cli.sniff.bench_cells import cells_of, column_of, in_one_unit, named_as
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
@@ -80,9 +81,13 @@ def with_one_name(
                     cell = before + name.removesuffix("_counts")
                     cells[entry.column.column] = cells[without_unit(entry.column.column)] = cell
                     columns.setdefault(entry.column.column, entry.column)
+    streamed = {name: column for part in parts for name, column in cells_of(part.plan).items()}
     renamed = [
-        replace(part, plan=_renamed(part.plan, cells, [*columns.values()])) for part in parts
-    ]
+        replace(p, plan=_renamed(
+            p.plan, named_as(p.plan, streamed) or cells, [*columns.values()]
+        )) for p in parts
+    ]  # fmt: skip
+    renamed = in_one_unit(renamed)
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
     voltage = _voltage(renamed)
     return [
@@ -126,7 +131,7 @@ def _renamed(
 ) -> LogPlan:  # fmt: skip
     """A plan for weights with the cells' texts under the given names, if each has one."""
     channel = plan.entries.get("channel")
-    given = {name: cells.get(_column(plan, name), cells.get(name)) for name in plan.channels}
+    given = {name: cells.get(column_of(plan, name), cells.get(name)) for name in plan.channels}
     if None in given.values() and plan.role == "weights":
         alike = named_alike(plan.channels, columns)
         given = {name: cells[alike[name].column] if alike else None for name in given}
@@ -140,9 +145,3 @@ def _renamed(
         return plan
     entries = {**plan.entries, "channel": replace(channel, names=renamed)}
     return replace(plan, entries=entries, channels=tuple(renamed.values()))
-
-
-def _column(plan: LogPlan, channel: str) -> str:
-    """The column that holds a channel's readings, where each has its own."""
-    read = plan.wide.get(channel, {}).get("counts")
-    return read.column.column if read is not None and read.column is not None else channel

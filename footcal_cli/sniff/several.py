@@ -22,13 +22,15 @@ from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files, posed_files
-from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
+from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.six_axis import HUNG_FIRST
 from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.sniff.twins import by_experiment, without_twins
+from footcal_cli.sniff.walking import walked
+from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
@@ -37,7 +39,7 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
-    parts, others = _planned(files)
+    parts, others = _planned(walked(files))
     made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
@@ -45,7 +47,35 @@ def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
                 blank for blank in part.plan.blanks if blank is not HUNG_FIRST
             ))) for part in made
         ]  # fmt: skip
+        made = _of_one_sign(made)
     return sorted(made, key=lambda part: part.plan.command == "pose-calib"), others
+
+
+def _of_one_sign(parts: list[Part]) -> list[Part]:
+    """Standing poses whose transducers read with the sign that hanging shows."""
+    hung = [own.get("fx_n") for part in parts if part.plan.role == "hang"
+            for own in (part.plan.entries, *part.plan.wide.values())]  # fmt: skip
+    reacts = any(entry is not None and (entry.factor or 1.0) < 0 for entry in hung)
+    return [
+        replace(part, plan=_turned_round(part.plan))
+        if reacts and part.plan.command == "pose-calib" else part for part in parts
+    ]  # fmt: skip
+
+
+def _turned_round(plan: LogPlan) -> LogPlan:
+    """A plan whose six axes have the other sign."""
+    entries, *wide = (
+        {
+            name: replace(entry, factor=-(entry.factor or 1.0)) if name in AXIS_COLUMNS else entry
+            for name, entry in own.items()
+        }
+        for own in (plan.entries, *plan.wide.values())
+    )  # fmt: skip
+    warning = "the axes of the poses were turned round, as hanging shows their sign"
+    return replace(
+        plan, entries=entries, wide=dict(zip(plan.wide, wide, strict=True)),
+        warnings=(*plan.warnings, warning),
+    )  # fmt: skip
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
@@ -83,6 +113,10 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
 
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:
     """Two different logs: readings and their reference, or sensors and the body."""
+    if (one.of("orientation") or other.of("orientation")) and all(
+        wrenches(numbered(file)) for file in (one, other)
+    ):
+        return []  # two experiments with the same transducers
     for file, beside in ((one, other), (other, one)):
         if beside.of("com") and not file.of("com") and not _has_cells(beside):
             file = with_sides(file, _foot_speeds(file, beside))
@@ -124,9 +158,14 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
 
 
 def _hang(file: FileGuess, beside: FileGuess) -> bool:
-    """Whether a log has transducers without an attitude, which another one has."""
+    """Whether a log has transducers without an attitude, which another one has.
+
+    One with transducers of its own is another experiment with them: hanging, and standing poses.
+    """
     held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
-    return bool(held and attitude_of(numbered(beside), None) is not None)
+    if not held or file.of("orientation") or wrenches(numbered(beside)):
+        return False
+    return attitude_of(numbered(beside), None) is not None
 
 
 def _has_cells(file: FileGuess) -> bool:

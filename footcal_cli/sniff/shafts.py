@@ -5,13 +5,14 @@ Room: sniff; called by six_axis.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.names import Quantity
+from footcal_cli.sniff.names import Quantity, words_of
 from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.sniff.vocabulary import LEGS
 
 _LARGEST_RAD = 13.0
 """An angle without a unit that goes further than two turns in radians is in degrees."""
@@ -35,11 +36,18 @@ def beside(
     return found
 
 
+def legs_first(labels: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """Columns of labels, those before others that are called after legs."""
+    return sorted(labels, key=lambda c: not LEGS & {*words_of(c.column)})
+
+
 def shafts(
     file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]
 ) -> tuple[Entry | None, dict[str, Entry]]:
     """The shaft angle of every row, and that of each transducer in a wide log."""
     named = _columns(file, ("phase",)) or _columns(file, ("angle",))
+    if len(six) == 1 and len(named) > 1:  # the joint that moves the leg, not those that are held
+        named = [max(named, key=lambda c: float(np.nanstd(numbers_of(c))))]
     if len(named) == 1:
         return _angle(named[0]), {}
     each = beside(file, six, "phase") or beside(file, six, "angle")

@@ -7,36 +7,108 @@ from __future__ import annotations
 
 import re
 
-_UP = "up|oben|hoch|haut|arriba|su|alto|cima|вверх|上"
-_DOWN = "down|unten|runter|bas|abajo|giu|giù|basso|baixo|вниз|下"
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+
+_UP = "up|upwards?|top|oben|hoch|haut|arriba|su|sopra|alto|cima|boven|вверх|上"
+_DOWN = "down|downwards?|unten|runter|bas|abajo|giu|giù|sotto|basso|baixo|beneden|вниз|下"
+_FILLED = (
+    r"(?:(?:axis|achse|eje|axe|asse|is|points?|pointing|nach|zeigt|hacia|vers|verso|para)[ _-]*)*"
+)
+"""What may stand between an axis and the way it points: ``x points up``, ``z hacia arriba``."""
 _SIGNED = re.compile(
     r"(?:(?:^|[^a-z])(?P<word>plus|minus|pos|neg|positive|negative)[ _]*"
     r"|(?:^|[^a-z0-9])(?P<sign>[+-])[ _]*|(?:^|[^a-z]))"
-    rf"(?P<axis>[xyz])(?:[ _-]*(?P<way>{_UP}|{_DOWN})(?=[^a-z]|$)"
+    rf"(?P<axis>[xyz])(?:[ _]*(?P<before>[+-])(?=[ _]))?"
+    rf"(?:[ _-]*{_FILLED}(?P<way>{_UP}|{_DOWN})(?=[^a-z]|$)"
     r"|[ _]*(?P<after>plus|minus|pos|neg|positive|negative|[+-])(?=[^a-z]|$)|(?=[^a-z]|$))"
 )
 """An axis with its sign before or after it, and whether it points up or down."""
+_WAY_FIRST = re.compile(
+    rf"(?:^|[^a-z])(?P<way>{_UP}|{_DOWN})[ _]*(?:is|=)?[ _]*(?P<sign>[+-]?)(?P<axis>[xyz])(?![a-z])"
+)
+"""``up_x``, ``down -z``."""
+_TWO_LETTERS = re.compile(r"(?P<sign>[+-]?)(?P<axis>[xyz])[ _-]?(?P<way>[ud])")
+"""``zu``, ``xd``: the whole word."""
 _SIDES_OF_A_BODY = {
     axis: re.compile(
-        rf"(?:^|[^a-z])(?:{words})[ _-]*(?:side)?[ _-]*(?:(?P<up>{_UP})|{_DOWN})(?![a-z])"
+        rf"(?:^|[^a-z])(?:{words})[ _-]*(?:side|seite)?[ _-]*{_FILLED}"
+        rf"(?:(?P<up>{_UP})|{_DOWN})(?![a-z])"
     )
     for axis, words in {
-        "+x": "nose|head|front|bow|snout|toes?", "-x": "tail|rear|stern|heels?", "+y": "left",
-        "-y": "right", "-z": "feet|legs|belly|bottom|soles?", "+z": "roof|lid|spine",
+        "+x": "nose|head|front|bow|snout|toes?|kopf|nase|schnauze|vorn|vorne|bug|cabeza|nariz|"
+        "morro|hocico|tete|tête|nez|avant|museau|testa|naso|muso|cabeca|cabeça|focinho|kop|neus",
+        "-x": "tail|rear|stern|heels?|heck|schwanz|hinten|cola|popa|queue|arriere|arrière|coda|"
+        "rabo|cauda|staart",
+        "+y": "left|links|izquierda|gauche|sinistra|esquerda",
+        "-y": "right|rechts|derecha|droite|destra|direita",
+        "-z": "feet|legs|belly|bottom|soles?|bauch|beine|fuesse|füße|unterseite|vientre|panza|"
+        "patas|ventre|pattes|pancia|zampe|barriga|buik",
+        "+z": "roof|lid|spine|top|back|ruecken|rücken|deckel|oberseite|espalda|lomo|dos|schiena|"
+        "dorso|costas|rug",
     }.items()
 }  # fmt: skip
 """Sides of a body whose x points forward and y to the left, and whether they are said to be up."""
+_POSTURES = {"upright|right[ _-]?side[ _-]?up|aufrecht": "-z",
+             "upside[ _-]?down|inverted|kopfüber|kopfueber|kopfunter": "+z"}  # fmt: skip
+"""Words for a whole body, and the axis along gravity."""
+_NEGATIVE = ("minus", "neg", "negative", "-")
+_OPPOSITE = {"+": "-", "-": "+"}
 
 
 def orientation_in(word: str) -> str | None:
     """``+x`` … ``-z``, the axis along gravity, of a name such as ``hang_plus_x`` or ``-x up``."""
-    for found in _SIGNED.finditer(word.lower()):
-        sign = found["word"] or found["sign"] or found["after"]
-        if sign or found["way"]:
-            up = found["way"] in _UP.split("|")
-            turns = (sign in ("minus", "neg", "negative", "-")) + up
-            return ("-" if turns % 2 else "+") + found["axis"]
+    return side_in(word)[0]
+
+
+def side_in(word: str) -> tuple[str | None, bool]:
+    """The axis along gravity as `orientation_in` reads it, and whether up or down is said of it."""
+    small = word.lower()
+    if (both := _TWO_LETTERS.fullmatch(small.strip())) is not None:
+        return _along(both["axis"], both["sign"], up=both["way"] == "u"), True
+    for posture, axis in _POSTURES.items():
+        if re.search(rf"(?:^|[^a-z])(?:{posture})(?![a-z])", small):
+            return axis, True
+    signed = [*_SIGNED.finditer(small)]
+    ways = [found for found in signed if found["way"]] or [*_WAY_FIRST.finditer(small)]
+    for found in ways or signed:
+        parts = found.groupdict()
+        sign = next((parts[k] for k in ("word", "sign", "after", "before") if parts.get(k)), "")
+        if sign or parts["way"]:
+            up = bool(parts["way"]) and _points_up(parts["way"])
+            return _along(parts["axis"], sign, up=up), bool(parts["way"])
     for axis, side in _SIDES_OF_A_BODY.items():
-        if (said := side.search(word.lower())) is not None:
-            return axis if not said["up"] else ("-" if axis[0] == "+" else "+") + axis[1]
+        if (said := side.search(small)) is not None:
+            return (axis if not said["up"] else opposite(axis)), True
+    return None, False
+
+
+def says_up(name: str) -> bool | None:
+    """Whether a column is called after the axis that points up, or after the one down; else None.
+
+    ``up_axis`` is up, ``eje_abajo`` down.
+    """
+    for words, up in ((_UP, True), (_DOWN, False)):
+        if re.search(rf"(?:^|[^a-z])(?:{words})(?![a-z])", name.lower()):
+            return up
     return None
+
+
+def opposite(orientation: str) -> str:
+    """The axis of the other sign."""
+    return _OPPOSITE[orientation[0]] + orientation[1]
+
+
+def pulls(orientation: str) -> FloatArray:
+    """Direction of gravity along an axis ``+x`` … ``-z``, shape (3,)."""
+    sign = 1.0 if orientation[0] == "+" else -1.0
+    return np.asarray(sign * np.eye(3)["xyz".index(orientation[1])])
+
+
+def _points_up(way: str) -> bool:
+    return re.fullmatch(_UP, way) is not None
+
+
+def _along(axis: str, sign: str | None, *, up: bool) -> str:
+    return ("-" if ((sign in _NEGATIVE) + up) % 2 else "+") + axis

@@ -13,10 +13,11 @@ from footcal_cli.sniff.axes import axes_of, said_above
 from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.hangings import NOT_ONE_WEIGHT, OF_THE_BODY, of_a_body, unnamed
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
-from footcal_cli.sniff.shafts import beside, shafts
+from footcal_cli.sniff.shafts import beside, legs_first, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
 
 COUNTED = Blank(
@@ -47,7 +48,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         plan = transducers(file, {name: group for name, group in six.items() if name not in still})
         why = f"{', '.join(still)}: left out, stands still while the others move"
         return replace(plan, warnings=(*plan.warnings, why))
-    labels = [c for c in file.of("label") if c.words]
+    labels = legs_first([c for c in file.of("label") if c.words])
     forces = _forces(six, labels)
     pose = attitude_of(file, None if labels else forces_of(next(iter(six.values()))))
     orientation = [c for c in file.of("orientation") if c.words]
@@ -66,7 +67,11 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     if pose is not None:
         entries |= pose.entries
     elif orientation:
-        pose = _named_rows(orientation[0], None if labels else next(iter(six.values())))
+        body = of_a_body(orientation[0], forces) if len(forces) > 1 else None
+        if body is not None:
+            pose, mounts, hang = body.attitude, body.mounts, True
+        else:
+            pose = _named_rows(orientation[0], None if labels else next(iter(six.values())))
         entries |= {"orientation": of(orientation[0])} if pose is None else pose.entries
         warnings = [] if pose is None else list(pose.warnings)
     own = _own_attitudes(file, six) if len(six) > 1 and not orientation and not hang else {}
@@ -97,7 +102,9 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         entries.setdefault("temperature_degc", of(column, column.unit))
     missing: tuple[Blank, ...] = ()
     if pose is not None and pose.explains is False:
-        missing = (_dead_axis(six) or TURNED,)
+        missing = (_dead_axis(six) or (NOT_ONE_WEIGHT if orientation else TURNED),)
+    elif pose is None and orientation:
+        missing = (unnamed(orientation[0]),)
     elif pose is None and not orientation:
         missing = (Blank(
             ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
@@ -116,6 +123,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
         "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
+        (OF_THE_BODY,) if "orientation" in entries and mounts is not None else (),
         blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
     )  # fmt: skip
 

@@ -12,20 +12,21 @@ Quantity = Literal[
     "time", "sequence", "load", "reading", "force", "cop", "quaternion", "angle", "matrix",
     "gravity", "acceleration", "com", "com_acc", "foot_position", "hole", "temperature", "label",
     "direction", "repeat", "session", "phase", "orientation", "placement", "contact", "pressure",
-    "position", "other", "unknown",
+    "position", "motion", "other", "unknown",
 ]  # fmt: skip
 
 WORDS: dict[str, Quantity] = {}
 _SPELLINGS: dict[Quantity, str] = {
     "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
-    "时间 時間 时刻",
+    "时间 時間 时刻 jikoku jikan",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
-    "subframe sub messung probe nummer posture haltung stellung",
+    "subframe sub messung probe nummer posture haltung stellung junban",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
     "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt pesa pesas pesata "
+    "fundou omori "
     "massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
@@ -41,7 +42,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "tornata giro repetición repeticion pass",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
-    "orientation": "orientation lage attitude ori",
+    "orientation": "orientation lage attitude ori orientacion orientación orientação orientamento",
     "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
     "agujero orificio foro furo punto ponto stelle",
     "contact": "contact kontakt stance",
@@ -64,7 +65,7 @@ SAID_OTHERWISE = tuple(
         (rf"{_CENTRE_OF}(?:pressure|pression[e]?|presi[oó]n|press[aã]o)(?![^\W_])"
          r"|(?<![^\W_])druck(?:mittel)?punkt", "cop"),
         (rf"{_CENTRE_OF}(?:mass[ae]?|masas?|gravity|gravité|gravedad|gravidade|gravità)(?![^\W_])"
-         r"|(?<![^\W_])(?:(?:massen)?(?:schwer|mittel)punkt|baricentro|barycentre|cdm|cdg|"
+         r"|(?<![^\W_])(?:(?:massen)?(?:schwer|mittel)punkt|baricentro|barycentre|cdm|cdg|juushin|"
          r"cog(?=[\W_]?[xyz](?![^\W_])))", "com"),
         (r"(?<![^\W_])(?:pie|pied|piede|fuß|fuss|voet)(?![^\W\d_])", "foot"),
     )
@@ -88,7 +89,8 @@ PLACES = {
 ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middle": "m",
          "mid": "m", "vorne": "f", "hinten": "r", "vorn": "f", "mitte": "m", "avant": "f",
          "arrière": "r", "arriere": "r", "milieu": "m", "av": "f", "ar": "r", "anteriore": "f",
-         "posteriore": "r", "delantera": "f", "delantero": "f", "trasera": "r", "trasero": "r",
+         "posteriore": "r", "mae": "f", "ushiro": "r", "delantera": "f", "delantero": "f",
+         "trasera": "r", "trasero": "r",
          "dianteiro": "f", "traseiro": "r", "voor": "f", "achter": "r", "fram": "f", "bak": "r",
          "передняя": "f", "задняя": "r"}  # fmt: skip
 BEHIND_AN_END = {"g": "left", "d": "right"}
@@ -105,10 +107,11 @@ SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "r
           "lleg": "left", "rleg": "right", "ll": "left",
           **dict.fromkeys(("linke", "linker", "linkes", "izquierda", "izquierdo", "sinistra",
                            "sinistro", "esquerda", "esquerdo", "vänster", "venstre", "левая",
-                           "левый"), "left"),
+                           "левый", "hidari", "izda", "lewa", "lewy", "vasen"), "left"),
           **dict.fromkeys(("rechte", "rechter", "rechtes", "derecha", "derecho", "destra",
                            "destro", "direita", "direito", "höger", "højre", "правая",
-                           "правый"), "right")}  # fmt: skip
+                           "правый", "migi", "dcha", "prawa", "prawy", "oikea"),
+                          "right")}  # fmt: skip
 DIRECTIONS = {
     word: sign
     for sign, spellings in {
@@ -123,14 +126,25 @@ DIRECTIONS = {
     for word in spellings.split()
 }
 """Whether weights are put on or taken off, in words -> a recipe's direction."""
+LEGS = {"leg", "legs", "limb", "bein", "beine", "fuss", "fuß", "foot", "pata", "pierna", "patte",
+        "jambe", "gamba", "zampa", "perna", "poot", "noga", "нога", "足", "脚", "腿"}  # fmt: skip
+"""How a column is called that says of which leg a row is."""
+SHAFTS = {"hip", "hips", "hfe", "hpe", "thigh", "coxa", "femur", "huefte", "hüfte", "hüftwinkel",
+          "hueftwinkel", "hüftgelenk", "oberschenkel", "cadera", "muslo", "fémur", "hanche",
+          "cuisse", "anca", "quadril", "heup", "höft", "бедро", "股関節", "髋", "髖"}  # fmt: skip
+"""Joints that turn a whole leg."""
+JOINTS = {"haa", "kfe", "knee", "knie", "rodilla", "genou", "ginocchio", "joelho", "abd",
+          "abduction", "abduktion", "abducción", "abduccion", "abduzione", "adduction", "tibia",
+          "shank", "calf", "kniewinkel", "колено", "膝", "ankle", "tobillo"}  # fmt: skip
+"""Other joints of a leg."""
 ANGLES = {
     word: axis
     for axis, spellings in {
-        "roll": "roll bank rollwinkel wankwinkel rollen wanken wank roulis alabeo rollio "
+        "roll": "roll bank rollwinkel wankwinkel rollen wanken wank roulis alabeo balanceo rollio "
         "крен 横滚角 横滚 ロール角 ロール",
-        "pitch": "pitch elevation nickwinkel nicken nick tangage cabeceo beccheggio "
+        "pitch": "pitch elevation nickwinkel nicken nick tangage cabeceo beccheggio arfagem "
         "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
-        "yaw": "yaw heading gierwinkel gieren gier lacet guiñada imbardata "
+        "yaw": "yaw heading gierwinkel gieren gier lacet guiñada guinada imbardata "
         "рыскание 偏航角 偏航 ヨー角 ヨー",
     }.items()
     for word in spellings.split()

@@ -11,6 +11,7 @@ import numpy as np
 
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
+from footcal_cli.sniff.bench_of_feet import on_each_foot
 from footcal_cli.sniff.clocks import recorded
 from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
@@ -234,6 +235,9 @@ def _one_at_a_time(
     file: FileGuess, load: ColumnGuess, labels: Sequence[ColumnGuess], cells: list[ColumnGuess]
 ) -> LogPlan | None:
     """A weight that lies on one cell at a time, all of them read: a column names the loaded one."""
+    for label, foot in permutations(labels, 2):
+        if (both := on_each_foot(file, load, label, foot, cells)) is not None:
+            return both
     for label in labels:
         on = named_alike(label.words, cells) or followers(load, label, cells)
         if len(on) != len(label.words) or len({c.column for c in on.values()}) < 2:

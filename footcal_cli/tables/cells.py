@@ -6,6 +6,7 @@ Room: tables; asked by sources for each column of a file.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,6 +51,8 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
     """A column of the file, what its pattern finds in each cell, its texts by footcal's names."""
     raw = held(raw) if place.held else raw
     raw = _without_reading(raw, place, reading.layout) if place.missing else raw
+    spelled = {number: name for name in place.names if (number := _number_of(name)) is not None}
+    raw = _as_text(raw, spelled) if raw.kind == "number" and spelled else raw
     if raw.kind != "text" or not (place.pattern or place.names):
         return raw
     words: list[object] = []
@@ -74,8 +77,15 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
                 continue
         if said not in place.names and re.fullmatch(r"[-+]?[\d.,' ]+", said):
             said = _plain_number(said, reading.layout)
+            said = spelled.get(_number_of(said), said)
         words.append(place.names.get(said, said))
     return replace(raw, values=np.array(words, dtype=object))
+
+
+def _as_text(raw: RawColumn, spelled: Mapping[float, str]) -> RawColumn:
+    """A column of numbers as texts, each number as one of the names spells it: 0.0 is ``0``."""
+    words = [spelled.get(number, f"{number:.17g}") for number in raw.values.tolist()]
+    return replace(raw, kind="text", values=np.array(words, dtype=object))
 
 
 def _plain_number(said: str, layout: Layout) -> str:

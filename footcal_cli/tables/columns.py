@@ -22,6 +22,7 @@ QUANTITIES: Sequence[Mapping[str, str]] = (
     {"rad": "rad", "deg": "deg"},
     {"radps": "rad/s", "degps": "deg/s"},
     {"mps2": "m/s^2"},
+    {"mps": "m/s"},
     {"degc": "degC", "degf": "degF", "degk": "K"},
     {"pa": "Pa", "kpa": "kPa", "bar": "bar"},
     {"counts": "count"},
@@ -274,10 +275,15 @@ def body_table(feet: Sequence[str]) -> TableType:
         feet_columns += [stream(f"{foot}_foot_{a}_m", f"position of foot {foot}") for a in "xyz"]
         feet_columns += [stream(f"{foot}_foot_yaw_rad", f"heading of foot {foot}", True)]
         feet_columns += [
+            stream(f"{foot}_foot_{angle}_rad", f"Rz(yaw) Ry(pitch) Rx(roll) of foot {foot}", True)
+            for angle in ("roll", "pitch")
+        ]
+        feet_columns += [
             stream(f"{foot}_foot_q{a}", f"orientation of foot {foot}", True) for a in "xyzw"
         ]
     vectors = (
         ("com_acc_{}_mps2", "xyz"),
+        ("com_vel_{}_mps", "xyz"),
         ("angmom_rate_{}_nm", "xy"),
         ("imu_acc_{}_mps2", "xyz"),
         ("imu_gyro_{}_radps", "xyz"),
@@ -290,6 +296,10 @@ def body_table(feet: Sequence[str]) -> TableType:
             *(stream(f"com_{a}_m", "centre of mass") for a in "xyz"),
             *(
                 stream(f"com_acc_{a}_mps2", "its acceleration, gravity not included", True)
+                for a in "xyz"
+            ),
+            *(
+                stream(f"com_vel_{a}_mps", "its velocity, where there is no acceleration", True)
                 for a in "xyz"
             ),
             *(stream(f"angmom_rate_{a}_nm", "angular momentum rate", True) for a in "xyz"),
@@ -326,7 +336,7 @@ def hang_table() -> TableType:
         (
             Column(
                 "orientation",
-                "axis along gravity (+x -x +z -z), or a name",
+                "axis along gravity (+x -x +z -z), or `names` that say it",
                 kind="text",
                 optional=True,
             ),

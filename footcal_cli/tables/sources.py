@@ -122,7 +122,7 @@ def source_columns(
             said = _said(place, path)
             said = f"{said:g}" if name in texts and isinstance(said, float) else said
             found[name] = _constant(said, rows, lines)  # leg 0 is called 0
-    return found
+    return _of_these(found, raw, places, path)
 
 
 def _of_one_topic(
@@ -238,13 +238,47 @@ def _only_where(
     elsewhere = np.zeros(len(raw.values), dtype=bool)
     nothing = raw.empty.copy()
     for name, said in place.only_where.items():
-        said_by = held(columns[name]) if place.held else columns[name]
+        said_by = _said_by(columns[name], place)
         words = said_by.values.tolist()
         elsewhere |= np.array([str(word).strip() != said for word in words])
         nothing &= said_by.empty
     values = raw.values.copy()
     values[elsewhere & ~nothing] = "0" if raw.kind == "text" else 0
     return replace(raw, values=values, empty=raw.empty & ~elsewhere | nothing)
+
+
+def _said_by(column: RawColumn, place: ForeignColumn) -> RawColumn:
+    """A column of conditions; where a place is held, its empty cells mean what stands above."""
+    return held(column) if place.held else column
+
+
+def _of_these(
+    found: Mapping[str, RawColumn], raw: Mapping[str, RawColumn],
+    places: Mapping[str, ForeignColumn], path: Path,
+) -> dict[str, RawColumn]:  # fmt: skip
+    """Columns without the rows in which one of several conditions of `only_where` does not hold.
+
+    A cell that one column says is loaded is read in every row; where it takes two (foot and cell)
+    the other rows are readings of another foot's cell.
+    """
+    several = [place for place in places.values() if len(place.only_where) > 1]
+    if not several:
+        return dict(found)
+    kept = np.logical_and.reduce([
+        [str(word).strip() == said for word in _said_by(raw[name], place).values.tolist()]
+        for place in several for name, said in place.only_where.items()
+    ])  # fmt: skip
+    if not kept.any():
+        asked = ", ".join(f'{name} = "{said}"' for name, said in several[0].only_where.items())
+        raise DataError(f"no row has {asked}", file=path, column=several[0].column,
+                        remedy="correct only_where in [columns]")  # fmt: skip
+    return {
+        name: replace(
+            column, values=column.values[kept], empty=column.empty[kept],
+            lines=None if column.lines is None else column.lines[kept],
+        )
+        for name, column in found.items()
+    }  # fmt: skip
 
 
 def _joined(

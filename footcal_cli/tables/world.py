@@ -28,7 +28,7 @@ TO_Z_UP: Mapping[str, FloatArray] = {
     "-x": np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
 }
 """Axis that points up in the log -> C."""
-_VECTOR = re.compile(r"(com|com_acc|angmom_rate|base|\w+_foot)_([xyz])(_m|_mps2|_nm)")
+_VECTOR = re.compile(r"(com|com_acc|com_vel|angmom_rate|base|\w+_foot)_([xyz])(_m|_mps2|_mps|_nm)")
 _QUATERNION = re.compile(r"(body|base|\w+_foot)_q([xyzw])")
 
 
@@ -62,9 +62,9 @@ def with_z_up(frame: pd.DataFrame, up: WorldUp) -> pd.DataFrame:
         columns = [f"{stem}_q{axis}" for axis in "xyzw"]
         if len(names) == 4:
             frame[columns] = _turned(frame[columns].to_numpy(dtype=np.float64), turn)
-    if up.startswith("-"):  # a heading is counted about the log's own vertical
+    if up.startswith("-"):  # angles of feet are counted about the log's own vertical and left
         for name in frame.columns:
-            if str(name).endswith("_foot_yaw_rad"):
+            if str(name).endswith(("_foot_yaw_rad", "_foot_pitch_rad")):
                 frame[name] = -frame[name]
     return frame
 

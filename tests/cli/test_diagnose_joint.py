@@ -20,14 +20,16 @@ MANY = (0.0, 1.3, 3.1, 6.2, 9.7, 13.0, 16.4, 20.0)
 QUADRATIC = 4e-4
 
 
-def ladders(folder: Path, seed: int, loads: Sequence[float], quadratic: float) -> Path:
+def ladders(
+    folder: Path, seed: int, loads: Sequence[float], quadratic: float, days: int = 8
+) -> Path:
     """Ladders up and down on three cells, eight days: x + q x²; scale and zero of each day."""
     rng = np.random.default_rng(seed)
     load = np.repeat([*loads, *loads[-2::-1]], 5)
     rows = []
     for cell in CELLS:
         scale = -3.4e-5 * (1 + 0.02 * rng.standard_normal())
-        for day in range(8):
+        for day in range(days):
             force = (load + quadratic * load**2) * (1 + 0.0005 * rng.standard_normal())
             force += 0.01 * rng.standard_normal() + 0.02 * rng.standard_normal(load.size)
             rows.append(
@@ -54,6 +56,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ladders(folder / "few weights", 1, FEW, QUADRATIC)
     ladders(folder / "many weights", 2, MANY, QUADRATIC)
     ladders(folder / "straight weights", 3, MANY, 0.0)
+    ladders(folder / "one day's weights", 4, MANY, 0.0, days=1)
     return folder
 
 
@@ -88,6 +91,20 @@ def test_sizes_that_exclude_each_other_name_nothing(run: Run, bench: Path, tmp_p
     assert record.causes == ()
     assert "one size excludes the other" in record.sentence
     assert "in straight weights" in record.sentence
+
+
+def test_an_experiment_too_short_to_be_tested_is_no_good_one(
+    run: Run, bench: Path, tmp_path: Path
+) -> None:
+    answer = together(run, tmp_path, bench / "straight weights", bench / "one day's weights")
+    assert answer.exit_code == 0, answer.err
+    record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
+    assert [one.verdict for one in record.experiments] == ["none", "underpowered"]
+    assert (record.verdict, record.causes) == ("underpowered", ())
+    assert (
+        "No unmodelled effect found in straight weights; not tested: one day's" in record.sentence
+    )
+    assert "one day's weights by itself: Too few blocks" in answer.out
 
 
 def test_a_folder_alone_is_its_logs(run: Run, bench: Path, tmp_path: Path) -> None:

@@ -103,6 +103,35 @@ def test_a_log_without_the_acceleration_of_the_com_is_calibrated_from_its_place(
     assert "com_acc_z_mps2" in cut.err
 
 
+def test_transducers_mounted_upside_down_carry_as_others_do(run: Run, tmp_path: Path) -> None:
+    """Which foot carries is seen in the world; of exchanged ones it still is an alarm."""
+    log, recipe = write_walk(tmp_path, 4, 12.0), tmp_path / "recipe.toml"
+    turned = "transducer_rotation_rpy_rad = [3.14159265, 0.0, 0.0]\n"
+    said = recipe.read_text().replace("com_below_m = [0.02, 0.0, -0.06]", "")
+    recipe.write_text(
+        said.replace(FOOT.splitlines()[1], f"{turned}{FOOT.splitlines()[1]}").replace(
+            "weight_below_n", "com_below_m = [0.02, 0.0, 0.06]\nweight_below_n"
+        )
+    )
+    columns = pd.read_parquet(log)
+    axes = [c for c in columns if str(c).endswith(("_fy_n", "_fz_n", "_ty_nm", "_tz_nm"))]
+    columns[axes] *= -1.0
+    columns.to_parquet(log)
+    done = run("online-replay", log, "--recipe", recipe, "--out", tmp_path / "out", "--no-pictures")
+    assert done.exit_code == 0, done.err
+    assert "exchanged" not in done.out
+    other = {"left": "right", "right": "left"}
+    names = {
+        str(c): str(c).replace(side, other[side], 1)
+        for c in columns for side in other
+        if str(c).startswith(side) and str(c).split("_")[1][0] in "ft" and "foot" not in str(c)
+    }  # fmt: skip
+    columns.rename(columns=names).to_parquet(log)
+    swapped = run("online-replay", log, "--recipe", recipe, "--out", tmp_path / "swapped")
+    assert swapped.exit_code == 3
+    assert "their readings look exchanged" in swapped.out
+
+
 def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
     run: Run, tmp_path: Path
 ) -> None:

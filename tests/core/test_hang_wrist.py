@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.hang.intake import hang_log
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
+from footcal_cli.core.hang.words import weak_directions
+from footcal_cli.core.inference.fit import Fit
 from footcal_cli.core.parameters import FloatArray
 
 OFFSETS = tuple(f"wrist.offset_{axis}" for axis in ("fx", "fy", "fz", "tx", "ty", "tz"))
@@ -79,3 +84,15 @@ def test_one_axis_that_drifts_widens_the_intervals_as_far_as_it_moves(drift_n: f
     fit = held(2, drift_n=drift_n)
     assert fit.level_sd[0] == pytest.approx(drift_n / 6.0, rel=0.5)
     assert np.all(np.abs(errors(fit)[:3]) < 3.0)
+
+
+def test_what_is_not_seen_is_found_in_a_log_of_any_length() -> None:
+    """Two columns that only their sum shows, in more rows than a square matrix of them fits."""
+    rng = np.random.default_rng(5)
+    jacobian = rng.normal(0.0, 10.0, (70_000, 3))
+    jacobian[:, 2] = jacobian[:, 1]
+    estimates = SimpleNamespace(names=("leg.weight", "leg.offset_fx", "leg.offset_fy"))
+    fit = cast("Fit", SimpleNamespace(estimates=estimates, jacobian=jacobian))
+    assert weak_directions(fit) == ("0.7 offset_fx − 0.7 offset_fy",)
+    few = cast("Fit", SimpleNamespace(estimates=estimates, jacobian=jacobian[:1]))
+    assert len(weak_directions(few)) == 2

@@ -67,7 +67,7 @@ def test_legs_in_the_recipes_order_or_as_met() -> None:
 
 
 def test_an_axis_that_is_said_to_point_up_lies_against_gravity() -> None:
-    names = np.array(["+x up", "-z down", " +Y Up", "-x", "+x sideways"], dtype=object)
+    names = np.array(["+x up", "-z down", " +Y Up", "x_up", "+x sideways"], dtype=object)
     direction, unknown = gravity_of_orientation(names)
     np.testing.assert_array_equal(direction[:4], [[-1, 0, 0], [0, 0, -1], [0, -1, 0], [-1, 0, 0]])
     assert unknown == ("+x sideways",)

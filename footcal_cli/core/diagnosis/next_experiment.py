@@ -33,7 +33,7 @@ def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Conten
     Rivals that these logs cannot test have no size here.
     """
     for item in found.found:
-        if not item.cause.rivals:
+        if not item.cause.rivals or item.cause.signature.effect not in table:
             continue
         answer = item.answer
         named = _named(item)

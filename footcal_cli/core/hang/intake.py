@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -80,6 +81,7 @@ ORIENTATIONS: dict[str, FloatArray] = {
     for sign in "+-"
 }
 """``+x -x +y -y +z -z``: which axis points along gravity."""
+_NAMED = re.compile(r"(?P<sign>[+-]?)(?P<axis>[xyz])(?:[ _]+(?P<sense>down|up))?")
 
 
 STILL_RAD = 0.01
@@ -100,7 +102,7 @@ def gravity_of_orientation(
     ----------
     orientation
         Names of `ORIENTATIONS`, shape (n,): the axis along gravity. ``+x down`` is the same as
-        ``+x``, ``+x up`` the opposite.
+        ``+x``, ``+x up`` the opposite; ``x_up`` is ``+x up``.
     rot_bt
         Where the names mean *body* axes: the leg's nominal rotation transducer to body, (3, 3).
         A transducer turned by π about z then reads −x where its neighbours read +x.
@@ -115,11 +117,12 @@ def gravity_of_orientation(
 
 
 def _along(name: str) -> FloatArray | None:
-    """Direction of gravity that a name such as ``+x``, ``-z down`` or ``+y up`` states."""
-    axis, _, sense = name.strip().lower().partition(" ")
-    if axis not in ORIENTATIONS or sense.strip() not in ("", "down", "up"):
-        return ORIENTATIONS.get(name)
-    return -ORIENTATIONS[axis] if sense.strip() == "up" else ORIENTATIONS[axis]
+    """Direction of gravity that a name states: ``+x``, ``-z down``, ``+y up``, ``z_up``."""
+    found = _NAMED.fullmatch(name.strip().lower())
+    if found is None or not (found["sign"] or found["sense"]):
+        return None
+    axis = ORIENTATIONS[f"{found['sign'] or '+'}{found['axis']}"]
+    return -axis if found["sense"] == "up" else axis
 
 
 def held_still(direction: FloatArray) -> FloatArray:

@@ -68,10 +68,12 @@ def weak_directions(fit: Fit) -> tuple[str, ...]:
     """Combinations of parameters that the data leave open, each as ``0.7 a − 0.7 b``.
 
     In units of each parameter's typical size; only parameters with a share of at least 0.3.
+    Of the Jacobian ``J = Q R`` only R is decomposed: its singular values and directions are J's,
+    and its size is that of the parameters, however many rows a log has.
     """
     names = fit.estimates.names
     scaled = fit.jacobian * np.array([typical_size(name) for name in names])
-    _, singular, right = np.linalg.svd(scaled, full_matrices=True)
+    _, singular, right = np.linalg.svd(np.linalg.qr(scaled, mode="r"), full_matrices=True)
     strength = np.zeros(right.shape[0])
     strength[: singular.size] = singular
     weak = right[strength < 1.0 / _POOR_STEPS]
@@ -102,7 +104,7 @@ def typical_size(name: str) -> float:
 
 
 def _combination(row: FloatArray, names: tuple[str, ...]) -> str:
-    order = np.argsort(-np.abs(row), kind="stable")
+    order = np.argsort(-np.abs(row).round(6), kind="stable")  # equal shares stay in their order
     chosen = [i for i in order if abs(row[i]) >= _NAMED_SHARE] or [order[0]]
     sign = np.sign(row[chosen[0]])
     parts = [

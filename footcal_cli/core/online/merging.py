@@ -29,6 +29,7 @@ from footcal_cli.core.signals import (
     clock_of,
     interpolate_stream,
     low_pass_stretches,
+    slopes_of,
 )
 from footcal_cli.errors import DataError
 
@@ -308,7 +309,11 @@ def _body_on(
         "feet_yaw_rad": np.unwrap(body.feet_yaw_rad[keep], axis=0),
     }
     if not np.isfinite(parts["com_acc_mps2"]).any():
-        parts["com_acc_mps2"] = acceleration_of(parts["com_m"], time_s)
+        speed = body.com_vel_mps
+        parts["com_acc_mps2"] = (
+            acceleration_of(parts["com_m"], time_s) if speed is None
+            else slopes_of(speed[keep], time_s)
+        )  # fmt: skip
     for name, optional in (
         ("feet_rot", body.feet_rot),
         ("imu_acc_mps2", body.imu_acc_mps2),

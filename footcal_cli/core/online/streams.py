@@ -44,7 +44,7 @@ class BodyStream:
         Shape (m,).
     com_m, com_acc_mps2
         Shape (m, 3); heights above the ground. An acceleration that is nowhere known (NaN) is
-        the CoM's second derivative.
+        the CoM's second derivative, or the first one of its velocity.
     angmom_rate_nm
         Shape (m, 2).
     feet_m, feet_yaw_rad
@@ -53,6 +53,8 @@ class BodyStream:
         Foot frame to world, shape (m, feet, 3, 3); only six-axis feet need it.
     imu_acc_mps2, imu_gyro_radps
         Shape (m, 3); None where the log has none.
+    com_vel_mps
+        Velocity of the CoM, shape (m, 3); None where the log has none.
     """
 
     time_s: FloatArray
@@ -64,6 +66,7 @@ class BodyStream:
     feet_rot: FloatArray | None = None
     imu_acc_mps2: FloatArray | None = None
     imu_gyro_radps: FloatArray | None = None
+    com_vel_mps: FloatArray | None = None
 
 
 @dataclass(frozen=True)

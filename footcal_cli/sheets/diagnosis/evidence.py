@@ -19,7 +19,13 @@ from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.inference.written import Written
 from footcal_cli.plots.words import words
 from footcal_cli.report import Sheet, number
-from footcal_cli.sheets.diagnosis.words import handy_unit, scaled, share_text, with_interval
+from footcal_cli.sheets.diagnosis.words import (
+    handy_unit,
+    scaled,
+    share_text,
+    where_of,
+    with_interval,
+)
 
 _MOST_ROWS = 20
 _HOW_TO_READ = (
@@ -122,7 +128,7 @@ def _evidence_row(row: EffectRow, blocks: int, written: Written) -> tuple[str, .
         verdict += ": size not possible"
     return (
         words(row.signature.effect),
-        written.named(row.signature) or row.signature.where,
+        written.named(row.signature) or where_of(row.signature),
         verdict,
         with_interval(scaled(row.size, factor), unit) if np.isfinite(row.size.low) else "–",
         _size(factor * row.smallest, unit),
@@ -146,7 +152,7 @@ def _size(value: float, unit: str) -> str:
 def untested_sheet(found: Investigation, untested: Mapping[str, str]) -> Sheet:
     """What could not be tested, and why."""
     rows = [
-        (words(r.signature.effect), r.signature.where, r.reason)
+        (words(r.signature.effect), where_of(r.signature), r.reason)
         for r in found.rounds[-1].effects
         if r.status is EffectStatus.NOT_TESTABLE
     ]

@@ -27,6 +27,7 @@ from footcal_cli.records.results import RmseRecord, VerdictRecord
 from footcal_cli.report import Sheet, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.report import rmse_of
+from footcal_cli.sheets.diagnosis.sentences import underpowered
 from footcal_cli.sheets.diagnosis.words import place_words, together, with_interval
 
 _HOW_TO_READ = (
@@ -52,12 +53,20 @@ def joint_verdict(joint: JointDiagnosis, table: Mapping[str, Effect]) -> Verdict
             )
         if single.found.verdict is Verdict.BAD_DATA:
             details.append(f"{single.name}: its readings are wrong, so it says nothing here.")
+        if single.found.verdict is Verdict.UNDERPOWERED:
+            details.append(f"{single.name} by itself: {underpowered(single.found, {})[0]}")
     return VerdictRecord(
-        level="good" if joint.verdict is Verdict.NONE else "warning",
+        level="good" if combined(joint) is Verdict.NONE else "warning",
         sentence=sentence,
         actions=tuple(actions),
         details=tuple(details),
     )
+
+
+def combined(joint: JointDiagnosis) -> Verdict:
+    """One word for all: nothing was found only where every experiment could show something."""
+    few = any(single.found.verdict is Verdict.UNDERPOWERED for single in joint.singles)
+    return Verdict.UNDERPOWERED if few and joint.verdict is Verdict.NONE else joint.verdict
 
 
 def _said(joint: JointDiagnosis) -> tuple[str, list[str]]:
@@ -66,7 +75,16 @@ def _said(joint: JointDiagnosis) -> tuple[str, list[str]]:
     if kind is Verdict.BAD_DATA:
         return f"Stopped: the readings of {names} are wrong.", []
     if kind is Verdict.NONE:
-        return f"No unmodelled effect found in {names}.", []
+        ends = {
+            verdict: [s.name for s in joint.singles if s.found.verdict is verdict]
+            for verdict in (Verdict.NONE, Verdict.UNDERPOWERED, Verdict.BAD_DATA)
+        }
+        sentence = f"No unmodelled effect found in {together(ends[Verdict.NONE])}"
+        if few := ends[Verdict.UNDERPOWERED]:
+            sentence += f"; not tested: {together(few)}, with too few blocks to name a cause"
+        if wrong := ends[Verdict.BAD_DATA]:
+            sentence += f"; not tested: {together(wrong)}, with wrong readings"
+        return f"{sentence}.", []
     if kind is Verdict.UNDERPOWERED:
         return f"Neither of {names} has enough blocks to name a cause.", []
     excluded = [item for item in joint.causes if item.excluded]
@@ -228,7 +246,7 @@ def joint_record(
     groups = tuple(tuple(item.rivals) for item in joint.causes if len(item.rivals) > 1)
     return DiagnosisRecord(
         experiment_kind="+".join(dict.fromkeys(single.kind for single in joint.singles)),
-        verdict=joint.verdict.value,
+        verdict=combined(joint).value,
         sentence=joint_verdict(joint, table).sentence,
         causes=tuple(_cause_record(item, joint, table) for item in joint.causes if joint.agreed),
         rivals=groups,

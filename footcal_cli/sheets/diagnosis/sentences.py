@@ -29,6 +29,7 @@ from footcal_cli.sheets.diagnosis.words import (
     size_words,
     subject_words,
     together,
+    where_of,
 )
 
 
@@ -246,7 +247,7 @@ def _detail_lines(found: Investigation) -> list[str]:
         if shape:
             lines.append(f"Its shape: {shape}.")
         if cause.places:
-            places = together([cause.signature.where, *(s.where for s in cause.places)], "or")
+            places = together(map(where_of, (cause.signature, *cause.places)), "or")
             lines.append(f"Where it sits is open: {places}.")
         agree = "; its size is the same in all blocks"
         if cause.heterogeneity > 0.3:

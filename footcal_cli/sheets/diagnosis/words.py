@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -10,6 +11,7 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.gain import Gain, bought
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
+from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.written import Written
@@ -23,12 +25,20 @@ def place_words(where: str) -> str:
     return "" if where in ("", "robot") else f" in {where}"
 
 
+def where_of(signature: Signature) -> str:
+    """Where an effect sits: a six-axis transducer has axes where others have cells."""
+    if not is_six_axis(signature.owners):
+        return signature.where
+    return _CELLS.sub(lambda found: f"ax{'es' if found[1] else 'is'}", signature.where)
+
+
 def together(names: Iterable[str], last: str = "and") -> str:
     """``a, b and c``."""
     items = list(dict.fromkeys(names))
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}"
 
 
+_CELLS = re.compile(r"\bcell(s?)\b")
 _PLAIN_FROM = 0.5
 _POWER_BELOW = 1e-3
 """Smaller numbers share a power of ten with the ends of their interval."""
@@ -185,7 +195,7 @@ def rival_groups(found: Investigation) -> tuple[tuple[str, ...], ...]:
 def subject_words(signature: Signature, written: Written) -> str:
     """An effect with its place: a cell, or the hole or weight by the log's own name."""
     which = written.named(signature)
-    where = f" ({which})" if which else place_words(signature.where)
+    where = f" ({which})" if which else place_words(where_of(signature))
     return f"{words(signature.effect)}{where}"
 
 

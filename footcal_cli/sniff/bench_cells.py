@@ -1,0 +1,99 @@
+"""The cells of a bench and of a stream: one name, and one unit, for both.
+
+Room: sniff; asked by robot_files.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.plan import FORCES, IN_NEWTON, Entry, LogPlan
+from footcal_cli.sniff.units import split_unit
+
+
+def cells_of(plan: LogPlan) -> dict[str, ColumnGuess]:
+    """Cell -> its column in a stream; empty for all other logs."""
+    return {
+        name.removesuffix("_counts"): entry.column
+        for name, entry in plan.entries.items()
+        if plan.role == "cells" and name.endswith("_counts") and entry.column is not None
+    }
+
+
+def column_of(plan: LogPlan, channel: str) -> str:
+    """The column that holds a channel's readings, where each has its own."""
+    read = plan.wide.get(channel, {}).get("counts")
+    return read.column.column if read is not None and read.column is not None else channel
+
+
+def named_as(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
+    """Channels of weights -> the cells of a stream whose names end alike, each with one of its own.
+
+    ``L_FL`` is ``adc_L_FL``, ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``.
+    """
+    plain = {cell: _plain(column.column) for cell, column in cells.items()}
+    found = {}
+    for channel in plan.channels:
+        words = {_plain(channel), _plain(column_of(plan, channel))}
+        same = [cell for cell in cells if cell == channel]
+        own = same or [
+            cell for cell, name in plain.items()
+            if any(name.endswith(word) or word.endswith(name) for word in words)
+        ]  # fmt: skip
+        if len(own) != 1:
+            return {}
+        found[channel] = own[0]
+    return found if len({*found.values()}) == len(found) else {}
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", split_unit(name)[0]).lower()
+
+
+def in_one_unit(parts: list[Part]) -> list[Part]:
+    """Readings of a cell on a bench and in a stream as they stand where one of both has no unit.
+
+    The bench says how many newtons one of its numbers is; a stream in kg would be weighed twice.
+    """
+    units: dict[str, set[str | None]] = {}
+    for part in parts:
+        for channel, entry in _read(part.plan):
+            units.setdefault(channel, set()).add(entry.unit)
+    bare = {
+        channel for channel, said in units.items()
+        if None in said and said - {None} and said - {None} <= {*FORCES}
+    }  # fmt: skip
+    return [
+        replace(part, plan=_as_it_stands(part.plan, bare))
+        if any(c in bare for c, _ in _read(part.plan)) else part for part in parts
+    ]  # fmt: skip
+
+
+def _read(plan: LogPlan) -> list[tuple[str, Entry]]:
+    """Readings of a plan by channel."""
+    found = [(n.removesuffix("_counts"), e) for n, e in plan.entries.items() if n != "counts"
+             and n.endswith("_counts")]  # fmt: skip
+    found += [(channel, own["counts"]) for channel, own in plan.wide.items() if "counts" in own]
+    if "counts" in plan.entries:
+        found += [(channel, plan.entries["counts"]) for channel in plan.channels]
+    return found
+
+
+def _as_it_stands(plan: LogPlan, channels: set[str]) -> LogPlan:
+    """A plan with readings whose unit is left out."""
+    why = "as it stands: its weights say what one of it is"
+    entries = {
+        name: replace(e, unit=None, why=why)
+        if name.removesuffix("_counts") in channels or name == "counts" else e
+        for name, e in plan.entries.items()
+    }  # fmt: skip
+    wide = {
+        channel: {name: replace(e, unit=None) if name == "counts" else e for name, e in own.items()}
+        for channel, own in plan.wide.items()
+    }
+    robot = tuple(table for table in plan.robot if table != IN_NEWTON)
+    return replace(plan, entries=entries, wide=wide, robot=robot)

@@ -1,0 +1,306 @@
+r"""The body's stream of a walk by what its numbers do, whatever its columns are called.
+
+Room: sniff; asked by walking.
+
+A foot stands for long stretches, moves between them and is higher then. The CoM lies above all
+feet. With bumps :math:`\varphi` of half a second that end at zero,
+
+.. math:: \varphi * \dot p = \dot\varphi * p, \qquad \varphi * \ddot p = \ddot\varphi * p
+
+tell which columns are the velocity and the acceleration of a place :math:`p`, and in which unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.core.spatial import headings
+from footcal_cli.sniff.body_columns import foot_names, of_the_com, of_the_feet
+from footcal_cli.sniff.guesses import FileGuess, seconds_of
+from footcal_cli.sniff.names import (
+    COMMANDED,
+    common_start,
+    words_of,
+)
+from footcal_cli.sniff.triples import (
+    Axes,
+    angles,
+    axes_of,
+    quaternions,
+    rotations,
+)
+from footcal_cli.sniff.units import LENGTHS, metres_per
+
+GRID_S = 0.01
+"""Step of the grid on which streams of one walk are compared."""
+_BUMP_S = 0.25
+_REACH_S, _STANDS = 0.1, 0.1
+"""A foot stands where it moves in so long by less than this share of its fastest step."""
+_MOSTLY_STANDS, _LIFTED, _TRAVELS_M = 0.4, 0.3, 0.1
+_ABOVE_M, _BESIDE = 0.05, 1.0
+"""How far the CoM lies above each foot, and off their middle at most: shares of its height."""
+_FOLLOWS, _FREE_MPS2, _SAME_STEPS = 0.9, 2.0, 0.9
+_CENTRED, _LARGEST_M = 0.5, 20.0
+_ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "g0": 1 / 9.80665}
+_SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2}
+_MOMENTS = ("Nm", "N*m", "N*mm")
+_SPOKEN = ("ldot", "hdot", "angmom", "momentum", "drall", "drehimpuls", "undouryou", "amrate",
+           "angular", "dh", "dl")  # fmt: skip
+"""Parts of names of an angular momentum or its rate."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body's stream.
+
+    Parameters
+    ----------
+    file
+        The log, its columns of the motion taken for that.
+    at_s
+        An even grid of times, shape (n,).
+    swings
+        Foot -> where it moves, shape (n,).
+    stems
+        Foot -> what stands before the axis in the names of its place.
+    """
+
+    file: FileGuess
+    at_s: FloatArray
+    swings: Mapping[str, BoolArray]
+    stems: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class _Moving:
+    """A vector on the grid, shape (n, 3), and its integrals with the bump and its derivatives."""
+
+    axes: Axes
+    values: FloatArray
+    smooth: tuple[FloatArray, FloatArray, FloatArray]
+
+
+def body_of(file: FileGuess) -> Body | None:
+    """The body's stream in a log; None where there is no CoM above two feet or more that step."""
+    clock = file.of("time")
+    seconds = seconds_of(clock[0]) if clock else None
+    if seconds is None or not np.isfinite(seconds).any() or np.ptp(seconds) < 4 * _BUMP_S:
+        return None
+    named = [c for c in file.columns if c.values is not None and c is not clock[0]]
+    named = [c for c in named if not COMMANDED & set(words_of(c.column))]
+    vectors = axes_of(named)
+    four = quaternions(named, vectors)
+    turned = [*four, *angles(named)]
+    at = np.arange(seconds.min(), seconds.max(), GRID_S)
+    moving = [
+        moved for axes in vectors
+        if axes not in four and (moved := _on(at, seconds, axes)) is not None
+    ]  # fmt: skip
+    feet = _feet(moving)
+    if len(feet) < 2:
+        return None
+    com = _com(moving, feet)
+    if com is None:
+        return None
+    others = [m for m in moving if m is not com and m not in feet]
+    roles = {"com": com, **_derivatives(com, others)}
+    used = {c.column for m in roles.values() for c in m.axes.columns.values()}
+    spare = [m for m in others if m.axes.columns["x"].column not in used]
+    if (rate := _momentum_rate(com, spare)) is not None:
+        roles["rate"] = rate
+    frames = _frames(feet, turned)
+    line = feet[1].values - feet[0].values
+    across = np.interp(seconds, at, np.unwrap(np.arctan2(line[:, 1], line[:, 0])))
+    units = {
+        i: "" if "w" in axes.columns else _unit_of(axes, across if len(feet) == 2 else None)
+        for i, axes in frames.items()
+    }
+    heading = None
+    if 0 in frames:
+        heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
+        heading = np.interp(at, seconds, heading)
+    names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
+    in_mm = float(np.median(np.abs(com.values[:, 2]))) > _LARGEST_M
+    columns = of_the_com({role: m.axes for role, m in roles.items()}, in_mm=in_mm)
+    columns |= of_the_feet([f.axes for f in feet], names, frames, units, in_mm=in_mm)
+    left = {c.column for m in others for c in m.axes.columns.values()}
+    left |= {c.column for axes in turned for c in axes.columns.values()}
+    marked = replace(file, columns=tuple(
+        columns[c.column] if c.column in columns
+        else c.as_quantity("other", "likely", "of the body's motion") if c.column in left else c
+        for c in file.columns
+    ))  # fmt: skip
+    swings = {n: _steps(f) for n, f in zip(names, feet, strict=True)}
+    stems = {n: f.axes.before for n, f in zip(names, feet, strict=True)}
+    return Body(marked, at, swings, stems)
+
+
+def _on(at: FloatArray, seconds: FloatArray, axes: Axes) -> _Moving | None:
+    """A vector on the grid, places in m; None where it has no numbers or never moves."""
+    values = axes.values("xyz")
+    values = values * metres_per(axes.columns["x"].unit)
+    good = np.isfinite(values).all(axis=1) & np.isfinite(seconds)
+    if good.sum() < len(values) / 2:
+        return None
+    order = np.argsort(seconds[good], kind="stable")
+    then = seconds[good][order]
+    grid = np.stack([np.interp(at, then, v[good][order]) for v in values.T], axis=1)
+    if not np.any(np.ptp(grid, axis=0) > 0):
+        return None
+    half = round(_BUMP_S / GRID_S)
+    s = np.arange(-half, half + 1) / half
+    bumps = (
+        (1 - s**2) ** 4,
+        -8 * s * (1 - s**2) ** 3 / _BUMP_S,
+        (-8 * (1 - s**2) ** 3 + 48 * s**2 * (1 - s**2) ** 2) / _BUMP_S**2,
+    )
+    centred = grid - grid.mean(axis=0)
+    smooth = tuple(
+        np.stack([np.convolve(v, bump, mode="valid") for v in centred.T], axis=1) for bump in bumps
+    )
+    return _Moving(axes, grid, (smooth[0], smooth[1], smooth[2]))
+
+
+def _is_place(moved: _Moving) -> bool:
+    unit = moved.axes.columns["x"].unit
+    return unit is None or unit in LENGTHS
+
+
+def _steps(moved: _Moving) -> BoolArray:
+    """Where a place moves as in a step, shape (n,)."""
+    reach = round(_REACH_S / GRID_S)
+    far = np.zeros(len(moved.values))
+    apart = np.linalg.norm(moved.values[reach:] - moved.values[:-reach], axis=1)
+    far[reach // 2 : reach // 2 + apart.size] = apart
+    return np.asarray(far > _STANDS * np.quantile(far, 0.98))
+
+
+def _feet(moving: Sequence[_Moving]) -> list[_Moving]:
+    """Places that mostly stand, and are higher while they move; of two alike the lower."""
+    found: list[tuple[_Moving, BoolArray]] = []
+    for moved in moving:
+        steps, place = _steps(moved), moved.values
+        travelled = float(np.max(np.ptp(place[:, :2], axis=0)))
+        if not _is_place(moved) or not _MOSTLY_STANDS < 1.0 - steps.mean() < 1.0:
+            continue
+        if not travelled > _TRAVELS_M or np.ptp(place[:, 2]) == 0.0:
+            continue
+        if np.corrcoef(steps, place[:, 2])[0, 1] > _LIFTED:
+            found.append((moved, steps))
+    found.sort(key=lambda one: float(np.median(one[0].values[:, 2])))
+    feet: list[tuple[_Moving, BoolArray]] = []
+    for moved, steps in found:
+        if all(np.corrcoef(steps, own)[0, 1] < _SAME_STEPS for _, own in feet):
+            feet.append((moved, steps))
+    own = [moved for moved, _ in feet]
+    return [moved for moved in moving if moved in own]
+
+
+def _com(moving: Sequence[_Moving], feet: Sequence[_Moving]) -> _Moving | None:
+    """The place above all feet; of several the one that is called so, or whose acceleration is."""
+    ground = np.stack([f.values for f in feet], axis=1)
+    found = []
+    for moved in moving:
+        if moved in feet or not _is_place(moved):
+            continue
+        height = np.quantile(moved.values[:, 2, None] - ground[..., 2], 0.02)
+        aside = np.linalg.norm(moved.values[:, :2] - ground[..., :2].mean(axis=1), axis=1)
+        if height > _ABOVE_M and np.median(aside) < _BESIDE * height:
+            found.append(moved)
+
+    def rank(moved: _Moving) -> tuple[bool, bool]:
+        called = {c.quantity for c in moved.axes.columns.values()} == {"com"}
+        return called, "acc" in _derivatives(moved, [m for m in moving if m not in found])
+
+    return max(found, key=rank) if found else None
+
+
+def _ratio(given: FloatArray, derived: FloatArray) -> tuple[float, float]:
+    """Slope and correlation of one vector on another."""
+    given, derived = given[:, :2].ravel(), derived[:, :2].ravel()
+    size = float(np.sqrt((given @ given) * (derived @ derived)))
+    if not size > 0:
+        return 0.0, 0.0
+    return float(given @ derived) / float(derived @ derived), float(given @ derived) / size
+
+
+def _derivatives(com: _Moving, others: Sequence[_Moving]) -> dict[str, _Moving]:
+    """Velocity and acceleration of a place, gravity not included, among other vectors."""
+    found = {}
+    for role, order, units in (("vel", 1, _SPEEDS), ("acc", 2, _ACCELERATIONS)):
+        best = _FOLLOWS
+        for moved in others:
+            slope, alike = _ratio(_bare(moved).smooth[0], com.smooth[order])
+            unit = min(units, key=lambda u: abs(np.log(max(abs(slope), 1e-9) / units[u])))
+            mean = np.abs(_bare(moved).values.mean(axis=0)).max() / units[unit]
+            if alike > best and (role == "vel" or mean < _FREE_MPS2):
+                best = alike
+                said = None if units[unit] == 1.0 else unit
+                own = {a: replace(c, unit=said) for a, c in moved.axes.columns.items()}
+                found[role] = replace(moved, axes=replace(moved.axes, columns=own))
+    return found
+
+
+def _bare(moved: _Moving) -> _Moving:
+    """A vector as its numbers are written: ``_m`` behind a speed is no unit of its own."""
+    scale = metres_per(moved.axes.columns["x"].unit)
+    smooth = moved.smooth
+    return replace(moved, values=moved.values / scale, smooth=(
+        smooth[0] / scale, smooth[1] / scale, smooth[2] / scale,
+    ))  # fmt: skip
+
+
+def _momentum_rate(com: _Moving, others: Sequence[_Moving]) -> _Moving | None:
+    """The rate of an angular momentum: in Nm or called so, else the one vector that is left over.
+
+    It is zero on average, and follows neither the velocity nor the acceleration of the CoM.
+    """
+    left = []
+    for moved in others:
+        column, values = moved.axes.columns["x"], moved.values
+        said = column.unit in _MOMENTS or any(word in column.column.lower() for word in _SPOKEN)
+        centred = bool(np.all(np.abs(values.mean(axis=0)) < _CENTRED * values.std(axis=0)))
+        alike = max(abs(_ratio(moved.smooth[0], com.smooth[i])[1]) for i in (1, 2))
+        other = column.unit not in (None, *_MOMENTS) or column.quantity in ("force", "acceleration")
+        if centred and (said or not (other or alike > _FOLLOWS)):
+            left.append((said, moved))
+    called = [moved for said, moved in left if said]
+    for moved in called:  # of an angular momentum and its rate the rate is taken
+        if any(
+            _ratio(moved.smooth[0], m.smooth[1])[1] > _FOLLOWS for m in called if m is not moved
+        ):
+            return moved
+    if called:
+        return called[0]
+    return left[0][1] if len(left) == 1 else None
+
+
+def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
+    """Foot -> its orientation: the names share most, and more than those of all feet do."""
+    alike = len(common_start([f.axes.before for f in feet]))
+    found = {}
+    for i, foot in enumerate(feet):
+        shared = [(len(common_start([foot.axes.before, axes.before])), axes) for axes in turned]
+        most = max((n for n, _ in shared), default=0)
+        own = [axes for n, axes in shared if n == most]
+        if most > alike or (most and len(feet) == 1):
+            found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
+    return found
+
+
+def _unit_of(axes: Axes, across_rad: FloatArray | None) -> str:
+    """Unit of a frame's angles, by their names, their size or the line from foot to foot."""
+    if (said := axes.columns["yaw"].unit) in ("rad", "deg"):
+        return said
+    yaw = axes.values(["yaw"])[:, 0]
+    if float(np.nanmax(np.abs(axes.values(list(axes.columns))))) > 2.0 * np.pi:
+        return "deg"
+    if across_rad is None:
+        return "rad"
+    # the line from foot to foot lies across the heading, up to a half turn
+    off = [np.nanmedian(np.abs(np.cos(across_rad - heading))) for heading in (yaw, np.radians(yaw))]
+    return "deg" if off[1] < off[0] else "rad"

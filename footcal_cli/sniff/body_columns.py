@@ -1,0 +1,118 @@
+"""Names of the feet of a body's stream, and its columns taken for what they are.
+
+Room: sniff; asked by bodies.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import NameGuess, Quantity, common_start, name_guess
+from footcal_cli.sniff.triples import ROLL_PITCH_YAW, Axes
+
+_ROLES = {"com": "com_{}_m", "vel": "com_vel_{}_mps", "acc": "com_acc_{}_mps2",
+          "rate": "angmom_rate_{}_nm"}  # fmt: skip
+_QUANTITY: Mapping[str, Quantity] = {"com": "com", "acc": "com_acc"}
+_WHY = {
+    "com": "above all feet",
+    "vel": "follows the CoM's velocity",
+    "acc": "follows the CoM's acceleration",
+    "rate": "a moment that is zero on average",
+}
+
+
+def foot_names(
+    stems: Sequence[str], places_m: Sequence[FloatArray], heading_rad: FloatArray | None
+) -> list[str]:
+    """Left and right, or the names of legs: by words, else by which foot is on whose left.
+
+    Parameters
+    ----------
+    stems
+        What stands before the axis in the names of each foot's place.
+    places_m
+        Shape (n, 3) each.
+    heading_rad
+        Of the first foot on the grid; None where it is not known.
+    """
+    said = [name_guess(f"{stem}x") for stem in stems]
+    if len(stems) > 2:
+        places = [name.place for name in said]
+        if all(places) and len({*places}) == len(stems):
+            return places
+        different = apart([stem.rstrip("_. ") for stem in stems])
+        tokens = [re.sub(r"[\W_]+", "", word).lower() for word in different]
+        return tokens if all(tokens) else [f"leg{i + 1}" for i in range(len(stems))]
+    sides = [name.side or {"fl": "left", "fr": "right"}.get(name.place, "") for name in said]
+    if {*sides} == {"left", "right"}:
+        return sides
+    line = places_m[1][:, :2] - places_m[0][:, :2]
+    if heading_rad is None:  # feet go forward
+        middle = (places_m[0] + places_m[1])[:, :2] / 2
+        ahead = np.gradient(middle, axis=0)
+    else:
+        ahead = np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=1)
+    to_the_left = float(np.sum(ahead[:, 0] * line[:, 1] - ahead[:, 1] * line[:, 0]))
+    return ["right", "left"] if to_the_left > 0 else ["left", "right"]
+
+
+def apart(names: Sequence[str]) -> list[str]:
+    """What tells names apart: whole words between what all begin and end with."""
+    head = common_start(names)
+    head = re.sub(r"[^\W\d_]+$", "", head)
+    tail = common_start([name[::-1] for name in names])[::-1]
+    tail = re.sub(r"^[^\W_]+", "", tail)
+    longest = min(map(len, names)) - len(head)
+    tail = tail[-longest:] if longest > 0 and tail else ""
+    return [name[len(head) : len(name) - len(tail)] for name in names]
+
+
+def of_the_com(roles: Mapping[str, Axes], *, in_mm: bool) -> dict[str, ColumnGuess]:
+    """Columns of the CoM, of what is derived of it and of the angular momentum."""
+    made = {}
+    for role, axes in roles.items():
+        if role == "vel" and "acc" in roles:
+            continue
+        for axis, column in axes.columns.items():
+            if axis not in "xyz":
+                continue
+            name = NameGuess(_QUANTITY.get(role, "motion"), axis, owner=_ROLES[role].format(axis))
+            unit = column.unit or ("mm" if in_mm else None) if role == "com" else column.unit
+            made[column.column] = replace(
+                column, name=name, unit=unit, sure="likely", why=_WHY[role]
+            )
+    return made
+
+
+def of_the_feet(
+    feet: Sequence[Axes], names: Sequence[str], frames: Mapping[int, Axes],
+    units: Mapping[int, str], *, in_mm: bool,
+) -> dict[str, ColumnGuess]:  # fmt: skip
+    """Columns of the places and the orientations of feet."""
+    made = {}
+
+    def taken(column: ColumnGuess, foot: str, what: str, unit: str | None, why: str) -> None:
+        side = foot if foot in ("left", "right") else ""
+        name = NameGuess("motion", side=side, place="" if side else foot,
+                         owner=f"{foot}_foot_{what}")  # fmt: skip
+        made[column.column] = replace(column, name=name, unit=unit, sure="likely", why=why)
+
+    for i, (foot, name) in enumerate(zip(feet, names, strict=True)):
+        for axis in "xyz":
+            column = foot.columns[axis]
+            unit = column.unit or ("mm" if in_mm else "m")
+            taken(column, name, f"{axis}_m", unit, "it stands, and is higher while it moves")
+        if i not in frames:
+            continue
+        for axis, column in frames[i].columns.items():
+            if axis in "xyzw":
+                taken(column, name, f"q{axis}", None, "of length one, beside the foot's place")
+            elif axis in ROLL_PITCH_YAW:
+                taken(column, name, f"{axis}_rad", units[i], "an angle beside the foot's place")
+    return made

@@ -1,0 +1,105 @@
+"""Orientations in words, of a body that carries several transducers: which axis points down.
+
+Room: sniff; called by six_axis. A word names an axis that points up or down, ``x_up``, ``kopf
+oben``; what says neither, ``+x``, names the axis along gravity unless the forces say otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.attitudes import Attitude
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.mounts import Mounts, hung_on
+from footcal_cli.sniff.plan import Blank, Entry, of
+from footcal_cli.sniff.sides import opposite, pulls, says_up, side_in
+
+OF_THE_BODY = 'orientation_of = "body"    # its axes; transducers by rotation_rpy_rad of each leg'
+"""The line in ``[hang_calib]``."""
+_REACT = (
+    "the transducers read the opposite of what pulls on them, or are turned half round about the "
+    "axis that all orientations leave level: their six axes were turned round"
+)
+_TURNED = "each name was turned round: it says which axis points up, so the legs have weight"
+NOT_ONE_WEIGHT = Blank(
+    ("# body_qx … body_qw, or gravity_x gravity_y gravity_z, of every row, in the transducer's",
+     "# own axes if it turns with the leg"),
+    "in the orientations named the forces are not one weight's: a transducer may turn with its leg",
+)  # fmt: skip
+
+
+def unnamed(column: ColumnGuess) -> Blank:
+    """What is asked where words for orientations name no axis."""
+    names = ", ".join(f'"{word}" = ""' for word in column.words[:6])
+    return Blank(
+        (f"# in [columns]: orientation = {{ column = \"{column.column}\", names = {{ {names} }} }}",
+         "# each the axis along gravity: +x -x +y -y +z -z"),
+        f"nothing says which axis points down in each {column.column}",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Named:
+    """What names of orientations say.
+
+    Parameters
+    ----------
+    attitude
+        Their entry; whether the transducers react, and whether a weight explains the forces.
+    mounts
+        Rotation of each transducer, where it is looked for.
+    """
+
+    attitude: Attitude
+    mounts: Mounts
+
+
+def axes_named(words: tuple[str, ...], called: str) -> tuple[dict[str, str], bool] | None:
+    """Words -> the axis along gravity, and whether they or their column say what is up.
+
+    None where a word names no axis.
+    """
+    sides = {word: side_in(word) for word in words}
+    up, names = says_up(called), {}
+    for word, (axis, said) in sides.items():
+        if axis is None:
+            return None
+        names[word] = opposite(axis) if up and not said else axis
+    return names, up is not None or any(said for _, said in sides.values())
+
+
+def of_a_body(
+    column: ColumnGuess, forces: Mapping[str, FloatArray], entry: Entry | None = None
+) -> Named | None:
+    """Orientations that a column names; None where one of its words names no axis.
+
+    Parameters
+    ----------
+    column
+        Texts, one of few in each row.
+    forces
+        Of each transducer, shape (n, 3), NaN in the rows of others.
+    entry
+        Where the recipe finds them, the column where None.
+    """
+    found = axes_named(column.words, column.column)
+    if found is None or column.codes is None:
+        return None
+    names, said = found
+    table = np.array([*map(pulls, names.values()), np.full(3, np.nan)])
+    hung = hung_on(table[column.codes], forces)
+    reacts, warnings = hung.reacts, list[str]()
+    if not hung.explained:
+        reacts = False
+    elif reacts and not said:
+        names, reacts = {word: opposite(axis) for word, axis in names.items()}, False
+        warnings.append(_TURNED)
+    elif reacts:
+        warnings.append(_REACT)
+    where = replace(entry or of(column), names=names)
+    attitude = Attitude({"orientation": where}, tuple(warnings), reacts, hung.explained)
+    return Named(attitude, Mounts(attitude, hung.rotation if hung.explained else {}, True))

@@ -1,0 +1,111 @@
+"""Columns that are the axes of one thing by their names: vectors, quaternions, angles of a frame.
+
+Room: sniff; asked by bodies.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.spatial import rotations_logged, rotations_of_rpy
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.vocabulary import ANGLES
+
+_LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
+_NUMBER = re.compile(r"([0-3])(?=\D*$)")
+_ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
+_UNIT_NORM = 0.02
+ROLL_PITCH_YAW = ("roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Columns of one thing.
+
+    Parameters
+    ----------
+    before, after
+        What stands before and after the axis in their names.
+    columns
+        Axis -> column.
+    """
+
+    before: str
+    after: str
+    columns: Mapping[str, ColumnGuess]
+
+    def values(self, axes: Sequence[str]) -> FloatArray:
+        """Numbers of some axes, shape (n, k)."""
+        return np.column_stack([
+            np.full(0, np.nan) if (v := self.columns[axis].values) is None else v for axis in axes
+        ])  # fmt: skip
+
+
+def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
+    """Columns by what their names share around a letter x, y, z or w: ``lf_px``, ``com.x``."""
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        for letter in _LETTER.finditer(column.column):
+            key = column.column[: letter.start()], column.column[letter.end() :]
+            found.setdefault(key, {}).setdefault(letter[0].lower(), column)
+    whole = [Axes(*key, own) for key, own in found.items() if {"x", "y", "z"} <= own.keys()]
+    used = set[str]()
+    kept = []
+    for axes in sorted(whole, key=lambda a: -len(a.columns)):
+        names = {c.column for c in axes.columns.values()}
+        if not names & used:
+            kept.append(axes)
+            used |= names
+    return [axes for axes in whole if axes in kept]
+
+
+def quaternions(columns: Sequence[ColumnGuess], vectors: Sequence[Axes]) -> list[Axes]:
+    """Four columns of one thing whose squares add up to 1: x y z w, or numbered with w first."""
+    found = [axes for axes in vectors if "w" in axes.columns]
+    numbers: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        if at := _NUMBER.search(column.column):
+            key = column.column[: at.start()], column.column[at.end() :]
+            numbers.setdefault(key, {})[at[1]] = column
+    for key, own in numbers.items():
+        if own.keys() == set("0123"):
+            found.append(Axes(*key, _upright(own)))
+    return [axes for axes in found if _of_length_one(axes.values("xyzw"))]
+
+
+def _upright(own: Mapping[str, ColumnGuess]) -> dict[str, ColumnGuess]:
+    """Numbered components as w x y z or x y z w: soles point up."""
+    orders = (dict(zip(order, (own[i] for i in "0123"), strict=True)) for order in ("wxyz", "xyzw"))
+    return max(orders, key=lambda o: float(np.nanmedian(
+        rotations_logged(Axes("", "", o).values("xyzw"))[:, 2, 2])))  # fmt: skip
+
+
+def _of_length_one(four: FloatArray) -> bool:
+    size = np.linalg.norm(four[np.isfinite(four).all(axis=1)], axis=1)
+    return bool(size.size) and float(np.median(np.abs(size - 1.0))) < _UNIT_NORM
+
+
+def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
+    """Columns called roll, pitch and yaw, or yaw alone, by what their names share around it."""
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        for word in _ANGLE.finditer(column.column):
+            key = column.column[: word.start()], column.column[word.end() :]
+            found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
+    return [Axes(*key, own) for key, own in found.items() if "yaw" in own]
+
+
+def rotations(axes: Axes, unit: str = "rad") -> FloatArray:
+    """Foot to world of a quaternion or of ``Rz(yaw) Ry(pitch) Rx(roll)``, shape (n, 3, 3)."""
+    if "w" in axes.columns:
+        return rotations_logged(axes.values("xyzw"))
+    rows = len(axes.values(["yaw"]))
+    three = [
+        axes.values([a])[:, 0] if a in axes.columns else np.zeros(rows) for a in ROLL_PITCH_YAW
+    ]
+    return rotations_of_rpy(np.stack(three, axis=1) * (np.pi / 180.0 if unit == "deg" else 1.0))

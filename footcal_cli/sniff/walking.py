@@ -1,0 +1,160 @@
+"""Cells under the feet of a walk: which foot each is under, by names or by when it carries nothing.
+
+Room: sniff; asked by several.
+
+A cell under a foot reads one value while that foot is in the air, and carries something else while
+another one is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.sniff.bodies import GRID_S, Body, body_of
+from footcal_cli.sniff.feet_weighed import in_kilograms
+from footcal_cli.sniff.groups import readings
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
+from footcal_cli.sniff.names import NameGuess, common_start, name_guess
+from footcal_cli.sniff.units import split_unit
+
+_EDGE_S = 0.08
+"""Lag of a stream, and of what a landing stirs up, that is left out of each swing."""
+_RESTS, _CLEARLY = 0.35, 0.5
+"""Share of its range within which a cell stays while its foot is in the air, and of what it does
+while another foot is."""
+_LEAST = 20
+_PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
+"""First letters of left and right: izquierda, gauche, sinistra, esquerda, hidari, vänster."""
+
+
+def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
+    """Logs with a body's stream recognised, and cells under the names of their feet."""
+    bodies = [body_of(file) for file in files]
+    files = [file if body is None else body.file for file, body in zip(files, bodies, strict=True)]
+    files = [in_kilograms(file) for file in files]
+    found = [body for body in bodies if body is not None]
+    body = found[0] if len(found) == 1 else None
+    cells = [
+        (i, c) for i, file in enumerate(files)
+        if file.of("time") and not file.of("load") for c in readings(file)
+    ]  # fmt: skip
+    feet = _by_names([c for _, c in cells])
+    if body is not None and not (feet and {*feet} <= body.swings.keys()):
+        feet = _by_steps(body, files, cells)
+    if not feet or (body is None and [c.name.side for _, c in cells] == feet):
+        return files
+    named = _named([c for _, c in cells], feet)
+    made = {(i, c.column): new for (i, c), new in zip(cells, named, strict=True)}
+    return [
+        replace(file, columns=tuple(made.get((i, c.column), c) for c in file.columns))
+        for i, file in enumerate(files)
+    ]
+
+
+def _by_names(cells: Sequence[ColumnGuess]) -> list[str]:
+    """The foot of each cell by its name; empty where names do not say it of all cells.
+
+    A side, a leg that several cells are called after (two legs FL and FR are a left and a right
+    foot), or the first letters of left and right.
+    """
+    if sides := _sides(cells):
+        return sides
+    places = [c.name.place for c in cells]
+    several = {p: places.count(p) for p in places}
+    if all(places) and len(several) > 1 and min(several.values()) > 1:
+        two = {"fl": "left", "fr": "right"} if several.keys() == {"fl", "fr"} else {}
+        return [two.get(p, p) for p in places]
+    heads = [re.sub(r"\W*\d*$", "", split_unit(c.column)[0]) for c in cells]
+    ends = list(dict.fromkeys(heads))
+    numbers = [split_unit(c.column)[0].removeprefix(h) for c, h in zip(cells, heads, strict=True)]
+    both = [[n for n, h in zip(numbers, heads, strict=True) if h == end] for end in ends]
+    if len(ends) != 2 or sorted(both[0]) != sorted(both[1]) or len(both[0]) < 2:
+        return []
+    for one, other in (ends, ends[::-1]):
+        if (one[-1:] + other[-1:]).lower() in _PAIRS and one[:-1] == other[:-1]:
+            return ["left" if head == one else "right" for head in heads]
+    return []
+
+
+def _sides(cells: Sequence[ColumnGuess]) -> list[str]:
+    sides = [c.name.side for c in cells]
+    return sides if min(sides.count("left"), sides.count("right")) > 1 and all(sides) else []
+
+
+def _by_steps(
+    body: Body, files: Sequence[FileGuess], cells: Sequence[tuple[int, ColumnGuess]]
+) -> list[str]:
+    """The foot of each cell by when it carries nothing; empty where that is not clear of all."""
+    edge = round(_EDGE_S / GRID_S)
+    swings = {foot: _eroded(moves, edge) for foot, moves in body.swings.items()}
+    found = []
+    for i, cell in cells:
+        seconds = seconds_of(files[i].of("time")[0])
+        foot = "" if seconds is None else _rests(seconds, cell, body.at_s, swings)
+        if not foot:
+            return []
+        found.append(foot)
+    return found if {*found} == {*swings} else []
+
+
+def _eroded(moves: BoolArray, edge: int) -> BoolArray:
+    """Rows of a swing that lie so many rows inside of it, shape (n,)."""
+    width = 2 * edge + 1
+    return np.asarray(np.convolve(moves, np.ones(width), mode="same") > width - 0.5)
+
+
+def _rests(
+    seconds: FloatArray, cell: ColumnGuess, at_s: FloatArray, swings: Mapping[str, BoolArray]
+) -> str:
+    """The foot in whose swings a reading rests; empty where there is no such one."""
+    values = np.full(0, np.nan) if cell.values is None else cell.values
+    good = np.isfinite(values) & np.isfinite(seconds)
+    if good.sum() < _LEAST:
+        return ""
+    then, read = seconds[good], values[good]
+    there = (at_s >= then.min()) & (at_s <= then.max())
+    grid = np.interp(at_s, then, read)
+    whole = _range(grid[there])
+    ranges = {
+        foot: _range(grid[there & moves]) / whole
+        for foot, moves in swings.items() if whole > 0 and (there & moves).sum() >= _LEAST
+    }  # fmt: skip
+    if len(ranges) < len(swings):
+        return ""
+    first, second = sorted(ranges, key=lambda foot: ranges[foot])[:2]
+    clear = ranges[first] < min(_RESTS, _CLEARLY * ranges[second])
+    return first if clear else ""
+
+
+def _range(values: FloatArray) -> float:
+    low, high = np.quantile(values, [0.1, 0.9]) if values.size else (0.0, 0.0)
+    return float(high - low)
+
+
+def _named(cells: Sequence[ColumnGuess], feet: Sequence[str]) -> list[ColumnGuess]:
+    """Cells called by their foot and by what tells them apart there: ``lc_i1`` is left, 1."""
+    stems = [split_unit(c.column)[0] for c in cells]
+    groups = {foot: [s for s, own in zip(stems, feet, strict=True) if own == foot] for foot in feet}
+    heads = {foot: common_start(own) for foot, own in groups.items()}
+    last = {foot: re.search(r"[^\W\d_]*$", head) for foot, head in heads.items()}
+    words = {foot: found[0] if found else "" for foot, found in last.items()}
+    apart = len({*words.values()}) == len(words) > 1
+    rests = []
+    for stem, foot in zip(stems, feet, strict=True):
+        head = heads[foot] if apart else heads[foot].removesuffix(words[foot])
+        tail = re.search(r"[\W_]\w*$", common_start([s[::-1] for s in groups[foot]])[::-1])
+        rests.append(stem.removeprefix(head).removesuffix(tail[0] if tail else "").strip("_. -"))
+    places = [name_guess(rest).place for rest in rests]
+    own = [re.sub(r"[^a-z0-9]+", "_", rest.lower()).strip("_") for rest in rests]
+    for names in (places, own, [str(i + 1) for i in range(len(cells))]):
+        if all(names) and len({*zip(feet, names, strict=True)}) == len(cells):
+            return [
+                replace(c, name=NameGuess("reading", side=foot, place=name, factor=c.name.factor))
+                for c, foot, name in zip(cells, feet, names, strict=True)
+            ]  # fmt: skip
+    return list(cells)

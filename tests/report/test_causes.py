@@ -1,0 +1,26 @@
+"""Findings of one cause on many channels are one line."""
+
+from __future__ import annotations
+
+from footcal_cli.core.quality import Finding
+from footcal_cli.report.causes import one_per_cause
+
+
+def lost(where: str, rows: int) -> Finding:
+    said = f"{rows} of 3200 samples are missing"
+    return Finding("lost_samples", "note", where, said, "check the connection")
+
+
+def test_findings_that_differ_in_channel_and_number_are_one() -> None:
+    other = Finding("gaps", "warning", "cells", "2 gaps", "check the link")
+    many = [lost("FL.fx", 19), other, lost("FL.fy", 19), lost("FR.fx", 23)]
+    one, kept = one_per_cause(many)
+    assert one.where == "FL.fx, FL.fy, FR.fx"
+    assert one.sentence == "19 … 23 of 3200 samples are missing"
+    assert kept == other
+
+
+def test_two_with_different_numbers_stay_two() -> None:
+    assert one_per_cause([lost("a", 3), lost("b", 30)]) == [lost("a", 3), lost("b", 30)]
+    (same,) = one_per_cause([lost("a", 3), lost("b", 3)])
+    assert same == lost("a, b", 3)
