@@ -48,7 +48,8 @@ def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Conten
 def nearest_effects(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
     """The effects that explain most of what has no name, best first."""
     _, diagnosis = nameless(found)
-    rows = [r for r in diagnosis.effects if r.size.value and r.gain > 0]
+    rows = [r for r in diagnosis.effects
+            if r.size.value and r.gain > 0 and r.signature.effect in table]  # fmt: skip
     return tuple(_sized(r.signature, r.size.value, table) for r in rows[:_NEAREST])
 
 
