@@ -189,7 +189,8 @@ def _investigated(
         again = with_moved_gain(again, read.gains(table), table, describe, rules, seed, advance)
     if again is found:
         return read, found
-    untested = {name: why for name, why in read.untested.items() if name not in gains}
+    answered = {s.effect for f in again.found for s in (f.cause.signature, *f.cause.rivals)}
+    untested = {n: why for n, why in read.untested.items() if n not in {*gains, *answered}}
     return replace(read, case=again.case, untested=untested), again
 
 

@@ -28,17 +28,14 @@ def rig_at(found: Investigation) -> Rig:
 
 
 def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
-    """The first named effect that has rivals, then these; empty where there is none.
-
-    Rivals that these logs cannot test have no size here.
-    """
+    """The first named effect that has rivals, then these; empty where there is none."""
     for item in found.found:
-        if not item.cause.rivals or item.cause.signature.effect not in table:
+        if not item.cause.rivals:
             continue
         answer = item.answer
         named = _named(item)
         rivals = {item.cause.signature.effect: named}
-        for signature in (r for r in item.cause.rivals if r.effect in table):
+        for signature in item.cause.rivals:
             copy = _copying(signature, named, answer.library, table)
             rivals.setdefault(signature.effect, copy or _in_its_place(signature, answer, table))
         return tuple(rivals.values())
@@ -48,8 +45,7 @@ def ambiguity(found: Investigation, table: Mapping[str, Effect]) -> tuple[Conten
 def nearest_effects(found: Investigation, table: Mapping[str, Effect]) -> tuple[Contender, ...]:
     """The effects that explain most of what has no name, best first."""
     _, diagnosis = nameless(found)
-    rows = [r for r in diagnosis.effects
-            if r.size.value and r.gain > 0 and r.signature.effect in table]  # fmt: skip
+    rows = [r for r in diagnosis.effects if r.size.value and r.gain > 0]
     return tuple(_sized(r.signature, r.size.value, table) for r in rows[:_NEAREST])
 
 

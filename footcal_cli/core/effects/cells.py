@@ -272,6 +272,7 @@ HINGE = Effect(
 SCALE_CHANGE = Effect(
     name="scale_change",
     traits=(Trait.GAIN,),
+    unseen_walking="its gain follows it; asked for where nothing else explains the walk",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     parameters=(EffectParameter("scale_change", "-", 0.0, -0.9, 1.0, 0.02),),

@@ -82,7 +82,7 @@ class CaseRead:
         return {
             name: self.instead.get(name, effect)
             for name, effect in table.items()
-            if name not in self.untested and Trait.GAIN not in effect.traits
+            if name not in self.untested
         }
 
     def gains(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
