@@ -164,7 +164,7 @@ def _explained(load: FloatArray, read: FloatArray, codes: IntArray) -> float:
     if free <= 0 or spread == 0.0:
         return float("nan")
     left = read[good] - table @ np.linalg.lstsq(table, read[good], rcond=None)[0]
-    return 1.0 - float(left @ left) / free / spread
+    return float(1.0 - left @ left / free / spread)
 
 
 def _always_empty(label: ColumnGuess, load: FloatArray) -> set[str]:
