@@ -221,7 +221,7 @@ def _com(moving: Sequence[_Moving], feet: Sequence[_Moving]) -> _Moving | None:
 
 def _ratio(given: FloatArray, derived: FloatArray) -> tuple[float, float]:
     """Slope and correlation of one vector on another."""
-    given, derived = given[:, :2].ravel(), derived[:, :2].ravel()
+    given, derived = ((v - v.mean(axis=0))[:, :2].ravel() for v in (given, derived))
     size = float(np.sqrt((given @ given) * (derived @ derived)))
     if not size > 0:
         return 0.0, 0.0

@@ -112,7 +112,7 @@ def of_the_feet(
             continue
         for axis, column in frames[i].columns.items():
             if axis in "xyzw":
-                taken(column, name, f"q{axis}", None, "of length one, beside the foot's place")
+                taken(column, name, f"q{axis}", None, "of length one, next to the foot's place")
             elif axis in ROLL_PITCH_YAW:
-                taken(column, name, f"{axis}_rad", units[i], "an angle beside the foot's place")
+                taken(column, name, f"{axis}_rad", units[i], "an angle next to the foot's place")
     return made

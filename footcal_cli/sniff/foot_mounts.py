@@ -45,7 +45,7 @@ def foot_mount(
     acceleration = _table(body, [f"com_acc_{a}_mps2" for a in "xyz"])
     turned = {k: _turned(body, k) for k in feet}
     rotation = {k: one for k, one in turned.items() if one is not None}
-    if acceleration is None or len(rotation) < len(feet):
+    if acceleration is None or not feet or len(rotation) < len(feet):
         return None
     force = {
         k: np.column_stack([numbers_of(axes[a]) for a in ("fx", "fy", "fz")])
