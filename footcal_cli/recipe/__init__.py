@@ -99,9 +99,8 @@ class Foot(Frozen):
     With `force_and_cop` the log has the foot's vertical force and CoP (``left_fz_n``,
     ``left_cop_x_m``, ``left_cop_y_m``), as plates and insoles report them, and its three cells
     stand in for the plate, in the frame of the CoP.
-    `transducer_rotation_rpy_rad` turns its axes into those of the logged foot frame; what hangs at
-    `com_below_m`, in the transducer's axes, weighs `weight_below_n` ± `weight_below_sd_n` (plates:
-    0; else 0.45 % of all).
+    `transducer_rotation_rpy_rad` turns its axes into those of the logged foot; at `com_below_m`, in
+    its own axes, hang `weight_below_n` ± `weight_below_sd_n` (plates: 0; else 0.45 % of all).
     """
 
     cells: dict[str, Cell] = Field(default_factory=dict)

@@ -96,7 +96,7 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
 
 
 @dataclass(frozen=True)
-class Hung:
+class HungBody:
     """Transducers that hang on one body, in one reading of its attitude.
 
     Parameters
@@ -118,7 +118,7 @@ class Hung:
     either: bool
 
 
-def hung_on(gravity_b: FloatArray, forces: Mapping[str, FloatArray]) -> Hung:
+def hung_on(gravity_b: FloatArray, forces: Mapping[str, FloatArray]) -> HungBody:
     """Rotations and the one sign of all transducers, the plainest of those that fit.
 
     A plane of attitudes fits both signs: that with the smaller rotations is taken, and the weight
@@ -133,7 +133,7 @@ def hung_on(gravity_b: FloatArray, forces: Mapping[str, FloatArray]) -> Hung:
     reacts = bool(plainer if either else left[1] < 0.5 * left[0])
     chosen = fits[reacts]
     mean = float(np.mean([fit.left for fit in chosen.values()]))
-    return Hung(found[reacts], reacts, mean, left[reacts] < EXPLAINED, either)
+    return HungBody(found[reacts], reacts, mean, left[reacts] < EXPLAINED, either)
 
 
 @dataclass(frozen=True)

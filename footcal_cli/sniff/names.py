@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from footcal_cli.sniff.joints import joint_angle
 from footcal_cli.sniff.units import (
     LENGTHS,
     LOADS,
@@ -22,11 +23,9 @@ from footcal_cli.sniff.vocabulary import (
     EAST_ASIAN,
     ENDS,
     ITALIAN,
-    JOINTS,
     OF_A_LEG,
     PLACES,
     SAID_OTHERWISE,
-    SHAFTS,
     SIDES,
     WORDS,
 )
@@ -48,16 +47,9 @@ def are_names(fields: Sequence[str]) -> bool:
 
 
 COMMANDED = {
-    "setpoint",
-    "target",
-    "soll",
-    "command",
-    "commanded",
-    "cmd",
-    "desired",
-    "consigne",
+    "setpoint", "target", "soll", "command", "commanded", "cmd", "desired", "consigne",
     "ziel",
-}
+}  # fmt: skip
 """Loads that were asked for; what was put on may be another."""
 NOMINAL = {
     "nominal", "stated", "nenn", "nennlast", "nenngewicht", "nominell", "nominale", *COMMANDED
@@ -102,8 +94,6 @@ _NOT_OF_CELLS = {
 _NO_FORCE = {"com", "acc", "gyro", "imu", "position", "pos", "pose", "translation"}
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
-_ANGLE_OF = {"q", "angle", "theta", "winkel", "angulo", "ángulo", "angolo", "hoek", "pos"}
-"""What a joint's angle is called without a unit: ``q_hfe``."""
 _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
@@ -232,7 +222,7 @@ def name_guess(name: str) -> NameGuess:
     elif quantity == "temperature" and unit == "deg":
         unit = "degC"  # Temperatur_Grad
     if quantity in ("unknown", "reading", "load") and not axis:
-        quantity = _joint({*words}, unit) or quantity
+        quantity = joint_angle({*words}, unit) or quantity
     if quantity == "unknown" and len(stem) > 1 and (clock := known_unit(stem)) in TIMES:
         quantity, unit = "time", clock  # sec, Sekunden
     owner = "_".join(w for w in rest if w not in used and w not in NOISE)
@@ -360,13 +350,6 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)
-
-
-def _joint(words: set[str], unit: str | None) -> Quantity | None:
-    """The angle of a joint that turns a leg, or of another; None for what is no such angle."""
-    if words & {*_NOT_OF_CELLS, "vel", "dot"} or not (unit in ("deg", "rad") or words & _ANGLE_OF):
-        return None
-    return "phase" if words & SHAFTS else "other" if words & JOINTS else None
 
 
 def _meant(word: str) -> Quantity | None:

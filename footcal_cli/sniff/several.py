@@ -163,7 +163,8 @@ def _hang(file: FileGuess, beside: FileGuess) -> bool:
     One with transducers of its own is another experiment with them: hanging, and standing poses.
     """
     held = wrenches(numbered(file)) and not attitude_of(numbered(file), None)
-    if not held or file.of("orientation") or wrenches(numbered(beside)):
+    named = (axes["fx"].sure != "guess" for axes in wrenches(numbered(beside)).values())
+    if not held or file.of("orientation") or any(named):
         return False
     return attitude_of(numbered(beside), None) is not None
 

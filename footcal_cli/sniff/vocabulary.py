@@ -129,14 +129,6 @@ DIRECTIONS = {
 LEGS = {"leg", "legs", "limb", "bein", "beine", "fuss", "fuß", "foot", "pata", "pierna", "patte",
         "jambe", "gamba", "zampa", "perna", "poot", "noga", "нога", "足", "脚", "腿"}  # fmt: skip
 """How a column is called that says of which leg a row is."""
-SHAFTS = {"hip", "hips", "hfe", "hpe", "thigh", "coxa", "femur", "huefte", "hüfte", "hüftwinkel",
-          "hueftwinkel", "hüftgelenk", "oberschenkel", "cadera", "muslo", "fémur", "hanche",
-          "cuisse", "anca", "quadril", "heup", "höft", "бедро", "股関節", "髋", "髖"}  # fmt: skip
-"""Joints that turn a whole leg."""
-JOINTS = {"haa", "kfe", "knee", "knie", "rodilla", "genou", "ginocchio", "joelho", "abd",
-          "abduction", "abduktion", "abducción", "abduccion", "abduzione", "adduction", "tibia",
-          "shank", "calf", "kniewinkel", "колено", "膝", "ankle", "tobillo"}  # fmt: skip
-"""Other joints of a leg."""
 ANGLES = {
     word: axis
     for axis, spellings in {

@@ -77,7 +77,8 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
                 continue
         if said not in place.names and re.fullmatch(r"[-+]?[\d.,' ]+", said):
             said = _plain_number(said, reading.layout)
-            said = spelled.get(_number_of(said), said)
+            number = _number_of(said)
+            said = said if number is None else spelled.get(number, said)
         words.append(place.names.get(said, said))
     return replace(raw, values=np.array(words, dtype=object))
 

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.quality import Finding
 from footcal_cli.report.causes import one_per_cause
+from footcal_cli.sheets.diagnosis.words import where_of
 
 
 def lost(where: str, rows: int) -> Finding:
@@ -24,3 +31,18 @@ def test_two_with_different_numbers_stay_two() -> None:
     assert one_per_cause([lost("a", 3), lost("b", 30)]) == [lost("a", 3), lost("b", 30)]
     (same,) = one_per_cause([lost("a", 3), lost("b", 3)])
     assert same == lost("a, b", 3)
+
+
+@pytest.mark.parametrize(
+    ("owners", "where", "said"),
+    [
+        (("sensor.fx", "sensor.fz"), "each cell of its own", "each axis of its own"),
+        (("sensor.fx", "sensor.fz"), "all cells", "all axes"),
+        (("left_fl", "left_fr"), "each cell of its own", "each cell of its own"),
+    ],
+)
+def test_a_transducer_has_axes_where_others_have_cells(
+    owners: tuple[str, ...], where: str, said: str
+) -> None:
+    signature = cast("Signature", SimpleNamespace(owners=owners, where=where))
+    assert where_of(signature) == said

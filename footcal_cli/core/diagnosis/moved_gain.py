@@ -90,7 +90,7 @@ def moved_cells(case: Case, problem: Problem) -> tuple[str, ...]:
         return ()
     cells = [way.name.rpartition(".")[0] for way in ways]
     feet = dict.fromkeys(cell.split("_", 1)[0] for cell in cells)
-    groups = [(cell,) for cell in cells]
+    groups: list[tuple[str, ...]] = [(cell,) for cell in cells]
     groups += [tuple(c for c in cells if c.split("_", 1)[0] == foot) for foot in feet]
     along = np.array([[float(c in group) for c in cells] for group in groups])
     grams = calibration_grams(problem, problem.law, counted=False)
