@@ -114,7 +114,7 @@ def test_transducers_mounted_upside_down_carry_as_others_do(run: Run, tmp_path: 
         )
     )
     columns = pd.read_parquet(log)
-    axes = [c for c in columns if str(c).endswith(("_fy_n", "_fz_n", "_ty_nm", "_tz_nm"))]
+    axes = [str(c) for c in columns if str(c).endswith(("_fy_n", "_fz_n", "_ty_nm", "_tz_nm"))]
     columns[axes] *= -1.0
     columns.to_parquet(log)
     done = run("online-replay", log, "--recipe", recipe, "--out", tmp_path / "out", "--no-pictures")
