@@ -27,7 +27,7 @@ def place_words(where: str) -> str:
 
 def where_of(signature: Signature) -> str:
     """Where an effect sits: a six-axis transducer has axes where others have cells."""
-    if not is_six_axis(signature.owners):
+    if not is_six_axis([member for _, members in signature.owners for member in members]):
         return signature.where
     return _CELLS.sub(lambda found: f"ax{'es' if found[1] else 'is'}", signature.where)
 
