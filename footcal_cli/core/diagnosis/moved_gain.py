@@ -42,14 +42,14 @@ def with_moved_gain(
     seed: int,
     advance: Advance,
 ) -> Investigation:
-    """`found`, or the cells whose gain has moved, with what a walk does not tell from that.
+    """`found`, or the cells whose gain has moved, with what a walk cannot distinguish from that.
 
     Parameters
     ----------
     table
         Effects by name that scale one cell (`Trait.GAIN`).
     others
-        All effects by name: what a walk does not tell from a gain is among them.
+        All effects by name: what a walk cannot distinguish from a gain is among them.
     found, describe, rules, seed, advance
         See `investigate`.
     """
