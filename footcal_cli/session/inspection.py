@@ -317,7 +317,7 @@ def _legs(table: Table, robot: Robot, *, upright: bool = True) -> list[Finding]:
             at = mine & (part == which)
             stamps = table.number("time_s")[at]
             where = f"{name}, {which}".rstrip(", ")
-            found += stamp_unit(table, stamps, where, _SLOWEST_LEGS_S)
+            found += stamp_unit(table, stamps, where, _SLOWEST_LEGS_S, by_hand=True)
             for c, label in zip(names, labels, strict=True):
                 alike = [i for i, n in enumerate(names) if n.endswith(c[c.rindex("_") :])]
                 step = readings.resolution_of(values[:, alike])
