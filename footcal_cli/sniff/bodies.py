@@ -54,7 +54,7 @@ _SPOKEN = ("ldot", "hdot", "angmom", "momentum", "drall", "drehimpuls", "undoury
 
 
 @dataclass(frozen=True)
-class Body:
+class BodyLog:
     """A body's stream.
 
     Parameters
@@ -84,7 +84,7 @@ class _Moving:
     smooth: tuple[FloatArray, FloatArray, FloatArray]
 
 
-def body_of(file: FileGuess) -> Body | None:
+def body_of(file: FileGuess) -> BodyLog | None:
     """The body's stream in a log; None where there is no CoM above two feet or more that step."""
     clock = file.of("time")
     seconds = seconds_of(clock[0]) if clock else None
@@ -136,7 +136,7 @@ def body_of(file: FileGuess) -> Body | None:
     ))  # fmt: skip
     swings = {n: _steps(f) for n, f in zip(names, feet, strict=True)}
     stems = {n: f.axes.before for n, f in zip(names, feet, strict=True)}
-    return Body(marked, at, swings, stems)
+    return BodyLog(marked, at, swings, stems)
 
 
 def _on(at: FloatArray, seconds: FloatArray, axes: Axes) -> _Moving | None:

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
-from footcal_cli.sniff.bodies import GRID_S, Body, body_of
+from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
 from footcal_cli.sniff.feet_weighed import in_kilograms
 from footcal_cli.sniff.groups import readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
@@ -87,7 +87,7 @@ def _sides(cells: Sequence[ColumnGuess]) -> list[str]:
 
 
 def _by_steps(
-    body: Body, files: Sequence[FileGuess], cells: Sequence[tuple[int, ColumnGuess]]
+    body: BodyLog, files: Sequence[FileGuess], cells: Sequence[tuple[int, ColumnGuess]]
 ) -> list[str]:
     """The foot of each cell by when it carries nothing; empty where that is not clear of all."""
     edge = round(_EDGE_S / GRID_S)

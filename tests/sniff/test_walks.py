@@ -68,7 +68,7 @@ class Walk:
 
     def counts(self, foot: int, cell: int) -> FloatArray:
         """A cell's reading in counts: 20 per N, a zero of its own."""
-        return np.round(500 + 40 * cell + 20.0 * self.cells[:, foot, cell])
+        return np.asarray(np.round(500 + 40 * cell + 20.0 * self.cells[:, foot, cell]))
 
 
 def _xyz(stem: str, values: FloatArray, end: str = "") -> dict[str, FloatArray]:
