@@ -16,7 +16,16 @@ from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.cells import WEIGHTS, WHERE
 from footcal_cli.sniff.groups import channel_names, slug
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
-from footcal_cli.sniff.plan import Blank, Entry, LogPlan, load_entry, of, reading_entry, times
+from footcal_cli.sniff.plan import (
+    NOT_SAID,
+    Blank,
+    Entry,
+    LogPlan,
+    load_entry,
+    of,
+    reading_entry,
+    times,
+)
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.sniff.which_cell import as_label, followers, named_alike, one_cell_moves
 
@@ -24,7 +33,7 @@ _LEAST = 3
 """So many cells share a load, on so many holes."""
 _FOLLOWS, _EXPLAINED = 0.95, 0.98
 """What the load explains of a reading under weights of its own; what load and hole explain here."""
-ASKED = "?"
+ASKED = NOT_SAID
 """The place of a hole that no log says."""
 HOLES = Blank(
     ('# in [columns]: each "?" of hole_x_m and hole_y_m becomes the place of that hole, in mm from',
@@ -60,6 +69,7 @@ def at_holes(
     if label is None:
         return None
     own = next(c for c in file.columns if c.column == label.column)
+    cells = [c for c in cells if c.column != label.column]
     empty = _always_empty(label, numbers_of(load))
     words = sorted(label.words, key=lambda word: (len(word), word))
     names = {word: "0" if word in empty else ASKED for word in words}
@@ -119,20 +129,20 @@ def _on_holes(
     With the load it explains all readings, which the load alone does not; where every hole was
     loaded once, it is the column that is called a hole.
     """
-    put, read = numbers_of(load), [numbers_of(c) for c in cells]
-    if any(r.size != put.size for r in read) or one_cell_moves(load, cells):
+    put = numbers_of(load)
+    if any(numbers_of(c).size != put.size for c in cells) or one_cell_moves(load, cells):
         return None
-    if max(straightness(put, r) for r in read) > _FOLLOWS:
+    if sum(straightness(put, numbers_of(c)) > _FOLLOWS for c in cells) > 1:
         return None
-    used = {c.column for c in (load, *cells)}
     best, most = None, _EXPLAINED
     for column in file.columns:
-        label = as_label(column) if column.column not in used else None
-        if label is None or len(label.words) < _LEAST or followers(load, label, cells):
+        label = as_label(column) if column.column != load.column else None
+        others = [c for c in cells if c.column != column.column]  # numbers look like readings
+        if label is None or len(label.words) < _LEAST or len(others) < _LEAST:
             continue
-        if named_alike(label.words, cells):
+        if followers(load, label, others) or named_alike(label.words, others):
             continue
-        shares = [_explained(put, r, codes_of(label)) for r in read]
+        shares = [_explained(put, numbers_of(c), codes_of(label)) for c in others]
         once = column.quantity == "placement" and not np.isfinite(shares).any()
         if once and best is None:
             best = label
@@ -154,7 +164,7 @@ def _explained(load: FloatArray, read: FloatArray, codes: IntArray) -> float:
     if free <= 0 or spread == 0.0:
         return float("nan")
     left = read[good] - table @ np.linalg.lstsq(table, read[good], rcond=None)[0]
-    return 1.0 - float(left @ left) / free / spread
+    return float(1.0 - left @ left / free / spread)
 
 
 def _always_empty(label: ColumnGuess, load: FloatArray) -> set[str]:

@@ -44,7 +44,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
     "orientation": "orientation lage attitude ori",
     "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
-    "agujero orificio foro furo",
+    "agujero orificio foro furo punto ponto stelle",
     "contact": "contact kontakt stance",
     "pressure": "pressure druck pression",
     "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "

@@ -14,13 +14,12 @@ from footcal_cli.errors import UsageError
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn
+from footcal_cli.tables.units import NOT_SAID as NOT_SAID
 from footcal_cli.tables.units import Conversion, conversion, parse_unit
 from footcal_cli.tables.values import durations, numbers, seconds, stamps, texts
 
 READING_UNITS = ("V", "mV", "uV", "mV/V")
 """Units of a cell's reading that is neither counts nor a force; kept as they are."""
-NOT_SAID = "?"
-"""Stands in a recipe for a unit that its writer has to be asked for, and behind one in a name."""
 _EXAMPLES = {"N": "N, kg, g, lb …", "m": "m, cm, mm …", "N*m": "N*m, N*mm …", "s": "s, ms, us, ns"}
 
 

@@ -70,6 +70,8 @@ _SIZES: dict[str, tuple[float, tuple[int, ...]]] = {
 }  # fmt: skip
 """In SI units, with powers of kg, m, s and A: no registry is built for what most logs hold."""
 
+NOT_SAID = "?"
+"""Stands in a recipe for a unit that its writer has to be asked for, and behind one in a name."""
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 """In s."""
 

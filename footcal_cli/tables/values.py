@@ -14,6 +14,7 @@ from footcal_cli.errors import DataError
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.textfiles import short
+from footcal_cli.tables.units import NOT_SAID
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -218,9 +219,12 @@ def _refuse(
         return
     at = int(np.argmax(bad))
     value: object = raw.values[at]
+    remedy = "correct the cell or leave the row out"
+    if value == NOT_SAID:
+        remedy = f"replace every {NOT_SAID} of {spec.name} in the recipe's [columns]"
     raise DataError(
         problem, file=path, column=name, row=raw.row(at),
         value=short(value) if isinstance(value, str) else None if raw.empty[at] else value,
         unit=unit if raw.kind == "number" else None,
-        remedy=f"correct the cell or leave the row out; the column is {spec.meaning}",
+        remedy=f"{remedy}; the column is {spec.meaning}",
     )  # fmt: skip
