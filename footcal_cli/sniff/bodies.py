@@ -20,6 +20,7 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
 from footcal_cli.sniff.body_columns import foot_names, of_the_com, of_the_feet
+from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, seconds_of
 from footcal_cli.sniff.names import (
     COMMANDED,
@@ -91,7 +92,11 @@ def body_of(file: FileGuess) -> BodyLog | None:
     if seconds is None or not np.isfinite(seconds).any() or np.ptp(seconds) < 4 * _BUMP_S:
         return None
     named = [c for c in file.columns if c.values is not None and c is not clock[0]]
-    named = [c for c in named if not COMMANDED & set(words_of(c.column))]
+    felt = {c.column for axes in wrenches(file).values() for c in axes.values()}
+    felt |= {c.column for c in file.of("cop")}
+    named = [
+        c for c in named if c.column not in felt and not COMMANDED & set(words_of(c.column))
+    ]  # fmt: skip
     vectors = axes_of(named)
     four = quaternions(named, vectors)
     turned = [*four, *angles(named)]
@@ -129,6 +134,7 @@ def body_of(file: FileGuess) -> BodyLog | None:
     columns |= of_the_feet([f.axes for f in feet], names, frames, units, in_mm=in_mm)
     left = {c.column for m in others for c in m.axes.columns.values()}
     left |= {c.column for axes in turned for c in axes.columns.values()}
+    left -= {c.column for c in file.of("force")}
     marked = replace(file, columns=tuple(
         columns[c.column] if c.column in columns
         else c.as_quantity("other", "likely", "of the body's motion") if c.column in left else c

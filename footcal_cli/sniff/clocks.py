@@ -122,6 +122,26 @@ def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> lis
     return [named if c.column in made else c for c, named in zip(columns, by_name, strict=True)]
 
 
+def without_orders(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Whole numbers that count up and begin again number rows where a load has a unit."""
+    if not any(c.quantity == "load" or c.unit in LOADS for c in columns):
+        return columns
+    return [
+        c.as_quantity("sequence", "likely", "counts rows, again and again")
+        if c.quantity == "unknown" and c.unit is None and _counts_again(c.values)
+        else c
+        for c in columns
+    ]
+
+
+def _counts_again(values: FloatArray | None) -> bool:
+    """Whether numbers go up by one or back to the first, several times."""
+    if values is None or values.size < _CLOCK_STEPS or values[0] not in (0.0, 1.0):
+        return False
+    up, back = np.diff(values) == 1, values[1:] == values[0]
+    return bool(np.all(up | back) and np.sum(back & ~up) > 1 and values.max() > values[0] + 1)
+
+
 def one_time(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """The best column of time stamps alone is time, with its unit."""
     times = [c for c in columns if c.quantity == "time"]

@@ -23,6 +23,7 @@ from footcal_cli.sniff.clocks import (
     seconds_apart,
     since_1970,
     unwrapped_counter,
+    without_orders,
 )
 from footcal_cli.sniff.derived import without_derived
 from footcal_cli.sniff.flight import with_flight_angles
@@ -55,7 +56,7 @@ from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.sources import at_rows
 from footcal_cli.tables.units import TIMES
 
-_NICE_STEPS = 1e-6
+_NICE_STEPS, _OFTEN = 1e-6, 0.5
 _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
 _CENTRES = ("mean", "avg", "average", "median", "50%")
@@ -63,7 +64,6 @@ _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", 
 _LEAST_SUMMARIES, _LEAST_ROWS, _LARGEST, _STRAIGHT = 2, 5, 1e5, 0.99
 OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle"}
 """Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
-_OFTEN = 0.5
 _TICKS, _TICKING = 12, 0.7
 """Rows in which no reading only ever increases, and how many of these steps are not none."""
 _COUNTS_UP_TO = 100
@@ -199,8 +199,8 @@ def _where_read(column: ColumnGuess) -> ColumnGuess:
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = without_derived(with_flight_angles(without_supply(_one_statistic(columns))))
-    found = first_in_time(_without_silent(one_clock([_numbered(c) for c in found], found)))
-    found = noted_in_seconds(_newtons(_only_numbers(one_time(found))))
+    found = _without_silent(one_clock([_numbered(c) for c in without_orders(found)], found))
+    found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
     if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]

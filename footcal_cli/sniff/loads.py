@@ -18,7 +18,7 @@ from footcal_cli.sniff.groups import could_be_read, readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import ADDED, COMMANDED, GROSS, NET, NOMINAL, words_of
 from footcal_cli.sniff.plan import FORCES
-from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS
+from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, MASSES
 from footcal_cli.sniff.weights import added_up, follow, in_two_units, moves
 from footcal_cli.tables.units import conversion
 
@@ -157,6 +157,11 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         asked = [c for c in forces if COMMANDED & set(words_of(c.column))]
         if len(forces) == 2 and len(asked) == 1 and others:
             forces = [c for c in forces if c not in asked]
+        if len(forces) == 2 and not others and any(c.unit in MASSES for c in forces):
+            # a mass and a force: what takes fewer values was put on
+            few, many = sorted(forces, key=lambda c: np.unique(numbers_of(c)).size)
+            if few.unit in MASSES and follow(few, [many], _AS_ASKED)[0]:
+                others, forces = [many], [few]
         if len(forces) > 1 and others and all(c.unit in LOADS for c in forces):
             twice = [c.as_quantity("load", "likely", "a load twice") for c in forces]
             if not unlike(twice, others):

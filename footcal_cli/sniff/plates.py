@@ -127,7 +127,7 @@ def _by_names(file: FileGuess) -> dict[str, _Foot]:
     forces: dict[str, list[ColumnGuess]] = {}
     places: dict[tuple[str, str], list[ColumnGuess]] = {}
     for column in file.columns:
-        moving = column.quantity == "other"  # the body's own places
+        moving = column.quantity in ("other", "motion")  # the body's own places
         if moving or column.values is None or not np.isfinite(column.values).any():
             continue
         key = key_of(column)

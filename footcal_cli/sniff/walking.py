@@ -17,9 +17,10 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
 from footcal_cli.sniff.feet_weighed import in_kilograms
-from footcal_cli.sniff.groups import readings
+from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.units import split_unit
 
 _EDGE_S = 0.08
@@ -41,7 +42,8 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     body = found[0] if len(found) == 1 else None
     cells = [
         (i, c) for i, file in enumerate(files)
-        if file.of("time") and not file.of("load") for c in readings(file)
+        if file.of("time") and not file.of("load") and not wrenches(numbered(file))
+        for c in readings(file)
     ]  # fmt: skip
     feet = _by_names([c for _, c in cells])
     if body is not None and not (feet and {*feet} <= body.swings.keys()):

@@ -253,3 +253,17 @@ def test_a_bench_without_a_unit_says_what_kilograms_of_a_walk_are(tmp_path: Path
     read: Entry = found["cells"].plan.entries["left_2_counts"]
     assert read.unit is None
     assert set(found["weights"].plan.wide) == set(found["cells"].plan.channels)
+
+
+def test_an_order_number_is_no_reading_whatever_the_columns_are_called(tmp_path: Path) -> None:
+    masses, rng = np.tile([0.0, 2, 5, 10, 5, 2, 0], 3), np.random.default_rng(1)
+    log = tmp_path / "a.csv"
+    columns = {
+        "abc": np.repeat(["p", "q", "r"], 7), "def_kg": masses, "ghi": np.tile(np.arange(7), 3),
+        "jkl_N": 4.0 + 9.9 * masses + rng.normal(0, 0.05, masses.size),
+    }  # fmt: skip
+    pd.DataFrame(columns).to_csv(log, index=False)
+    plan = _parts([log])["weights"].plan
+    assert {n: c for n, c in _columns(plan).items() if n != "time_s"} == {
+        "load_n": "def_kg", "channel": "abc", "counts": "jkl_N"
+    }  # fmt: skip
