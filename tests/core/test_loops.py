@@ -121,3 +121,11 @@ def test_what_the_form_of_a_loop_does_to_the_width_stated() -> None:
     rms = float(np.sqrt(np.mean(np.square(off))))
     assert rms == pytest.approx(LOOP_FORM_ERROR, abs=0.01)
     assert np.mean(np.abs(off) < 2.0 * LOOP_FORM_ERROR) >= 0.9
+
+
+def test_a_loop_that_runs_ahead_has_a_width_below_zero() -> None:
+    """What is added upward on the way up: over-compensated gauges, not friction."""
+    load = ladder(np.random.default_rng(1))
+    lags = -stop(load, 0.2)
+    assert width(load, lags) == pytest.approx(-width(load, -lags))
+    assert width(load, lags) > 0.5

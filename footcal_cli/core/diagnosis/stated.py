@@ -55,7 +55,7 @@ def stated_size(
             )
             turn[i] = (up - down) / (2.0 * step)
     size = value(model.values)
-    beyond = float(np.hypot(model.scatter.shared, effect.form_error)) * size
+    beyond = float(np.hypot(model.scatter.shared, effect.form_error)) * abs(size)
     return model.scatter.interval(size, turn, beyond)
 
 
@@ -151,11 +151,11 @@ def _without(model: Refit, link: Link) -> tuple[Chain, dict[str, float]]:
 def _largest(
     effect: Effect, link: Link, truths: Sequence[Log], values: Mapping[str, float]
 ) -> float:
-    """The largest of an owner's units over all recordings."""
+    """The largest of an owner's units over all recordings, with its sign."""
     assert effect.stated is not None
     (members,) = link.owners.values()
     found = [0.0]
     for truth in truths:
         widths = effect.stated(truth, Chain((link,)).apply(truth, values)[0])
         found += [w for c, w in zip(truth.channels, widths, strict=True) if c in members]
-    return float(max(found))
+    return float(max(found, key=abs))

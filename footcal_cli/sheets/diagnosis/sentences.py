@@ -147,6 +147,8 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
     ]
     certain = [f for f in found.found if not f.cause.rivals]
     sentence = f"Either {', and either '.join(groups)}: these data cannot distinguish them"
+    if not any(matters(f) for f in found.found):
+        sentence = f"Nothing that matters: e{sentence[1:].replace(':', ';')}"
     if certain:
         sure = together(words(f.cause.signature.effect) for f in certain)
         sentence += f" (in addition to {sure}, which is certain)"
