@@ -205,14 +205,9 @@ def acceleration_of(place_m: FloatArray, time_s: FloatArray) -> FloatArray:
 
 
 def slopes_of(values: FloatArray, time_s: FloatArray) -> FloatArray:
-    """First derivative over the sample before and the one after, shape of `values`; 0 where lost.
+    """First derivative of values (n, ...) at increasing stamps (n,); 0 where lost.
 
-    Parameters
-    ----------
-    values
-        Shape (n, ...).
-    time_s
-        Increasing stamps of the stream, shape (n,).
+    Over the sample before and the one after.
     """
     if len(time_s) < 2:
         return np.zeros_like(values)

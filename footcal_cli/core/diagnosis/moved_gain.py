@@ -19,7 +19,7 @@ from footcal_cli.core.diagnosis.path import beginning, grown
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.diagnosis.subject import Advance, Subject
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.linear import scaled_inverse
@@ -29,8 +29,6 @@ from footcal_cli.core.parameters import FloatArray
 FAR, NEAR = 5.0, 4.0
 """Prior sd by which a gain has moved for certain, and by which none of the others may have then."""
 _RCOND = 1e-12
-_BY_LOSS = "load_bypass"
-"""What only takes load from a foot, and from all of its cells."""
 
 
 def with_moved_gain(
@@ -72,7 +70,8 @@ def with_moved_gain(
         return found
     alike = [name for name in table[cause.signature.effect].mimics if name in others]
     if cause.size.value > 0.0 or len(moved) == 1:
-        alike = [name for name in alike if name != _BY_LOSS]
+        # what an error of a foot's load as a whole takes, it takes from all of its cells
+        alike = [name for name in alike if Trait.OF_THE_SUM not in others[name].traits]
     rivals = (Signature(name, name, cause.signature.where, "") for name in alike)
     cause = replace(cause, rivals=(*cause.rivals, *rivals))
     verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
