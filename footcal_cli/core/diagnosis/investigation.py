@@ -161,7 +161,9 @@ def investigate(
     if stopped or (odd is not None and odd.silent):
         return replace(_without_name(subject, baseline, Verdict.BAD_DATA, 0.0), odd=odd)
     large = odd is not None or is_large(case, problem)
-    return replace(_answered(subject, baseline, rules, seed, large=large), odd=odd)
+    answer = _answered(subject, baseline, rules, seed, large=large)
+    # what a name explains is odd no more: a clock that drifts is furthest off at the end
+    return replace(answer, odd=odd_spell(case, answer.final) if odd and answer.found else odd)
 
 
 def _answered(
