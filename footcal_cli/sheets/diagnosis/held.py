@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import HeldRecord
@@ -16,11 +17,11 @@ _MOST_NAMED = 3
 
 
 def held_by(case: Case) -> tuple[HeldRecord, ...]:
-    """Effects of the chain that a diagnosis starts from, besides scales and biases."""
+    """Effects of the chain that a diagnosis starts from, besides scales, biases and how legs hang."""
     return tuple(
         HeldRecord(effect=link.effect.name, owners=tuple(link.owners))
         for link in case.chain.links
-        if link.effect.name not in case.experiment.calibration
+        if link.effect.name not in case.experiment.calibration and link.effect.name in TABLE
     )
 
 
