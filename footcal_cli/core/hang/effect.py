@@ -22,6 +22,7 @@ from footcal_cli.core.effects.contract import (
     Stage,
     State,
     Theta,
+    Trait,
     Transform,
 )
 from footcal_cli.core.experiments.hang import EXPERIMENT
@@ -52,6 +53,7 @@ def hanging_effect(model: HangModel) -> Effect:
 
     return Effect(
         name=f"hanging of {model.leg}",
+        traits=(Trait.HUNG,),
         stage=Stage.BODY,
         scope=Scope.LEG,
         parameters=tuple(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import HeldRecord
@@ -17,11 +17,12 @@ _MOST_NAMED = 3
 
 
 def held_by(case: Case) -> tuple[HeldRecord, ...]:
-    """Effects of the chain that a diagnosis starts from, besides scales, biases and how legs hang."""
+    """Effects of the chain that a diagnosis starts from; how legs hang is fitted to every log."""
     return tuple(
         HeldRecord(effect=link.effect.name, owners=tuple(link.owners))
         for link in case.chain.links
-        if link.effect.name not in case.experiment.calibration and link.effect.name in TABLE
+        if link.effect.name not in case.experiment.calibration
+        and Trait.HUNG not in link.effect.traits
     )
 
 
