@@ -30,7 +30,7 @@ from footcal_cli.sniff.flight import with_flight_angles
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.lettered import with_lettered_cells
 from footcal_cli.sniff.motors import without_supply
-from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess
+from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess, words_of
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.registers import joined_registers
 from footcal_cli.sniff.silent import MEASURED, no_reading
@@ -46,8 +46,8 @@ from footcal_cli.sniff.texts import (
 )
 from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.topics import stamps_of, topic
-from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, known_unit, split_unit
-from footcal_cli.sniff.vocabulary import COUNTED
+from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, degrees, known_unit, split_unit
+from footcal_cli.sniff.vocabulary import COUNTED, NUMBERS
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
@@ -167,7 +167,9 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
         return _where_read(text_column(column, name, unit, raw))
     values = np.asarray(raw.values, dtype=np.float64)
     word = called.strip().lower()
+    counts = {*words_of(called)} & NUMBERS  # cell no
     turns = word in OF_A_ROW and (word in COUNTED or np.mean(np.diff(values) != 0) > _OFTEN)
+    turns |= bool(counts) and len(bare := {*words_of(called)} - counts) == 1 and bare <= OF_A_ROW
     counted = name.quantity == "label" or turns
     if counted and (words := numbers_as_labels(values)):
         return replace(words, column=column, name=replace(name, quantity="label"))
@@ -336,6 +338,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("sequence", "likely", "counts up: the number of a stance")
     if column.quantity in ("label", "contact"):
         return column.as_quantity("reading", "guess", "a number among labels")
+    if column.quantity == "unknown" and column.unit in ("uV", "mV/V"):
+        return column.as_quantity("reading", "likely", "its unit is that of a bridge")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
         return column.as_quantity("force", "likely", "its unit is that of a force")
     far = np.nan_to_num(np.abs(values)).max(initial=0.0) > _COUNTS_UP_TO * values.size
@@ -361,6 +365,11 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
     if column.quantity == "time" and not increases(values, strictly=False):
         if restarts(values):
             return column
+        words = words_of(column.column)
+        if warm := degrees(words, column.unit):
+            return replace(column.as_quantity("temperature", "likely", "its name"), unit=warm)
+        if column.unit is None and len(words) > 1 and words[-1].isdigit():
+            return column.as_quantity("unknown", "guess", "numbered as cells are, and no clock")
         return column.as_quantity("other", "guess", "called time, but does not increase")
     return column
 
