@@ -62,6 +62,8 @@ NUMBERS = {"no", "nr", "num", "number", "nummer", "numero", "número", "numéro"
 COUNTED = ("ch", "chan", "kanal", "canal")
 """A small whole number that is called so says of which channel a row is. Groups of rows below a
 title are called ``channel`` whatever they are of, so that this word alone says less."""
+OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle", "celda", "cella", "cellule", "capteur"}
+"""Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
 _CENTRE_OF = r"\bcent(?:er|re|ro)[\W_]*(?:of|de la|della|des?|di|do|du)?[\W_]*"
 SAID_OTHERWISE = tuple(
     (re.compile(phrase, re.IGNORECASE), said) for phrase, said in (
