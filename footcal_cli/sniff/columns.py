@@ -25,12 +25,12 @@ from footcal_cli.sniff.clocks import (
     unwrapped_counter,
     without_orders,
 )
-from footcal_cli.sniff.derived import without_derived
+from footcal_cli.sniff.derived import one_statistic, without_derived
 from footcal_cli.sniff.flight import with_flight_angles
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.lettered import with_lettered_cells
 from footcal_cli.sniff.motors import without_supply
-from footcal_cli.sniff.names import STATISTICS, NameGuess, name_guess
+from footcal_cli.sniff.names import NameGuess, name_guess, words_of
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.registers import joined_registers
 from footcal_cli.sniff.silent import MEASURED, no_reading
@@ -46,8 +46,8 @@ from footcal_cli.sniff.texts import (
 )
 from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.topics import stamps_of, topic
-from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, known_unit, split_unit
-from footcal_cli.sniff.vocabulary import COUNTED
+from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, degrees, known_unit
+from footcal_cli.sniff.vocabulary import COUNTED, NUMBERS, OF_A_ROW
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
@@ -59,11 +59,7 @@ from footcal_cli.tables.units import TIMES
 _NICE_STEPS, _OFTEN = 1e-6, 0.5
 _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
-_CENTRES = ("mean", "avg", "average", "median", "50%")
-_SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
-_LEAST_SUMMARIES, _LEAST_ROWS, _LARGEST, _STRAIGHT = 2, 5, 1e5, 0.99
-OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle"}
-"""Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
+_LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
 _TICKS, _TICKING = 12, 0.7
 """Rows in which no reading only ever increases, and how many of these steps are not none."""
 _COUNTS_UP_TO = 100
@@ -167,7 +163,9 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
         return _where_read(text_column(column, name, unit, raw))
     values = np.asarray(raw.values, dtype=np.float64)
     word = called.strip().lower()
+    counts = {*words_of(called)} & NUMBERS  # cell no
     turns = word in OF_A_ROW and (word in COUNTED or np.mean(np.diff(values) != 0) > _OFTEN)
+    turns |= bool(counts) and len(bare := {*words_of(called)} - counts) == 1 and bare <= OF_A_ROW
     counted = name.quantity == "label" or turns
     if counted and (words := numbers_as_labels(values)):
         return replace(words, column=column, name=replace(name, quantity="label"))
@@ -198,7 +196,7 @@ def _where_read(column: ColumnGuess) -> ColumnGuess:
 
 def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
-    found = without_derived(with_flight_angles(without_supply(_one_statistic(columns))))
+    found = without_derived(with_flight_angles(without_supply(one_statistic(columns))))
     found = _without_silent(one_clock([_numbered(c) for c in without_orders(found)], found))
     found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
     if not any(column.quantity in ("load", "com") for column in found):
@@ -247,21 +245,6 @@ def _straightest(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         return columns
     taken = load.as_quantity("load", "guess", "round values that all others are straight in")
     return [taken if c is load else c for c in columns]
-
-
-def _one_statistic(columns: list[ColumnGuess]) -> list[ColumnGuess]:
-    """Of count, mean, scatter and quartiles of one reading, the mean (else the median) is it."""
-    plain = {c.column: split_unit(c.column)[0].lower() for c in columns if c.values is not None}
-    said = {column for column, name in plain.items() if name in _SUMMARIES}
-    by_name = {plain[column]: column for column in said}
-    taken = next((by_name[name] for name in _CENTRES if name in by_name), "")
-    if not taken or len(said) < _LEAST_SUMMARIES:
-        return columns
-    why = "a statistic of what was read"
-    return [
-        c.as_quantity("reading", "likely", f"{why}: its centre") if c.column == taken
-        else c.as_quantity("other", "likely", why) if c.column in said else c for c in columns
-    ]  # fmt: skip
 
 
 def _signs_by_load(columns: list[ColumnGuess]) -> list[ColumnGuess]:
@@ -336,6 +319,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("sequence", "likely", "counts up: the number of a stance")
     if column.quantity in ("label", "contact"):
         return column.as_quantity("reading", "guess", "a number among labels")
+    if column.quantity == "unknown" and column.unit in ("uV", "mV/V"):
+        return column.as_quantity("reading", "likely", "its unit is that of a bridge")
     if column.quantity == "unknown" and column.unit in ("N", "kN", "mN", "kgf", "lbf", "gf"):
         return column.as_quantity("force", "likely", "its unit is that of a force")
     far = np.nan_to_num(np.abs(values)).max(initial=0.0) > _COUNTS_UP_TO * values.size
@@ -361,6 +346,11 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
     if column.quantity == "time" and not increases(values, strictly=False):
         if restarts(values):
             return column
+        words = words_of(column.column)
+        if warm := degrees(words, column.unit):
+            return replace(column.as_quantity("temperature", "likely", "its name"), unit=warm)
+        if column.unit is None and len(words) > 1 and words[-1].isdigit():
+            return column.as_quantity("unknown", "guess", "numbered as cells are, and no clock")
         return column.as_quantity("other", "guess", "called time, but does not increase")
     return column
 

@@ -12,9 +12,12 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
-from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.names import STATISTICS, words_of
 from footcal_cli.sniff.units import LENGTHS, split_unit
 
+_CENTRES = ("mean", "avg", "average", "median", "50%")
+_SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
+_LEAST_SUMMARIES = 2
 _EXTREMES = re.compile(r"[\W_]*(?:min|max|minimum|maximum)[\W_]*", re.IGNORECASE)
 _CENTRE = re.compile(r"[\W_]*(?:mean|avg|average|median)[\W_]*", re.IGNORECASE)
 _AGAIN = re.compile(r"\.\d+$")
@@ -165,3 +168,18 @@ def copies(loads: Sequence[ColumnGuess], cells: Sequence[ColumnGuess]) -> list[C
         and np.any(np.abs(numbers_of(c) * 1000 - np.round(numbers_of(c) * 1000)) > _PRINTED)
     ]  # fmt: skip
     return [c for c in cells if any(_times_a_constant(one, numbers_of(c)) for one in measured)]
+
+
+def one_statistic(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Of count, mean, scatter and quartiles of one reading, the mean (else the median) is it."""
+    plain = {c.column: split_unit(c.column)[0].lower() for c in columns if c.values is not None}
+    said = {column for column, name in plain.items() if name in _SUMMARIES}
+    by_name = {plain[column]: column for column in said}
+    taken = next((by_name[name] for name in _CENTRES if name in by_name), "")
+    if not taken or len(said) < _LEAST_SUMMARIES:
+        return columns
+    why = "a statistic of what was read"
+    return [
+        c.as_quantity("reading", "likely", f"{why}: its centre") if c.column == taken
+        else c.as_quantity("other", "likely", why) if c.column in said else c for c in columns
+    ]  # fmt: skip

@@ -13,10 +13,12 @@ from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.plan import NOT_SAID, Entry
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
+from footcal_cli.sniff.vocabulary import OF_A_ROW
 
 _LOAD = re.compile(
     r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
 )
+_CELLS = {*OF_A_ROW, "loadcell", "lc"}
 _NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
 
 
@@ -51,6 +53,12 @@ class Names:
     def of_folders(self) -> bool:
         """Whether the folders' names tell the logs apart."""
         return "/" in self.tail
+
+    @property
+    def of_cells(self) -> bool:
+        """Whether a word for cells stands before the numbers that tell the names apart."""
+        before = re.search(r"([^\W\d_]+)[\W_]*$", self.head)
+        return before is not None and before[1].lower() in _CELLS
 
     @property
     def with_unit(self) -> tuple[tuple[str, ...], str]:

@@ -113,8 +113,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
                 return made
         elif (
             plan is not None and not first.of("label") and len(set(names.middle)) > 1
-            and loads_named(names) is None  # a load that was asked for, not a cell
-            and not any(re.fullmatch(r"[\d_-]*", word) for word in names.middle)
+            and (names.of_cells or loads_named(names) is None)  # a load that was asked for, not a cell
+            and (names.of_cells or not any(re.fullmatch(r"[\d_-]*", w) for w in names.middle))
         ):  # fmt: skip
             return Part(_weights_per_channel(plan, names), paths, names.match)
     return None if plan is None else Part(plan, paths, names.match)
@@ -122,12 +122,17 @@ def alike_part(group: list[FileGuess]) -> Part | None:
 
 def _weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:
     """Known weights in every file, and a file for each channel."""
-    channel = Entry(file_name=names.expression, why="the files' names differ so")
+    called = {word: f"cell_{word}" if word.isdecimal() else word for word in names.middle}
+    channel = Entry(
+        file_name=names.expression, why="the files' names differ so",
+        names={word: name for word, name in called.items() if word != name},
+    )  # fmt: skip
     entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
     if "counts" not in entries:
         entries["counts"] = next(v for k, v in plan.entries.items() if k.endswith("_counts"))
     return replace(
-        plan, kind="known weights, one file per channel", role="weights", channels=names.middle,
+        plan, kind="known weights, one file per channel", role="weights",
+        channels=tuple(called.values()),
         entries={**entries, "channel": channel},
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Cells under two feet by a letter for the foot and one for the cell: ``U_LA`` … ``U_RC``.
+"""Cells under two feet by a letter for the foot and the cell's own: ``U_LA`` … ``U_RC``, ``Lfi``.
 
 Room: sniff; asked by columns. One name alone may end in a unit (``U_LB``) or in a place (``RF``).
 """
@@ -15,6 +15,10 @@ from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.vocabulary import PLACES
 
 _ENDS = re.compile(r"(?P<stem>.*(?:[\W_]|^))(?P<side>[LR])_?(?P<cell>[A-Z])(?P<unit>[\W_]*[\w/]*)")
+_WORDS = re.compile(
+    r"(?P<stem>.*(?:[\W_]|^))(?P<side>[LR])(?P<cell>(?![fmt]?[xyz])[a-z]{1,3}\d?)(?P<unit>)"
+)
+"""``mV_Lfi``, ``Rho``: inner and outer cells, if each is there on the other foot too."""
 _FEWEST = 2
 _NO_PLACE = frozenset("XYZ")
 
@@ -24,6 +28,8 @@ def with_lettered_cells(columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
     kinds: dict[tuple[str, str], dict[str, re.Match[str]]] = defaultdict(dict)
     for column in columns:
         found = _ENDS.fullmatch(column.column.strip())
+        if found is None and column.quantity in ("reading", "unknown") and not column.name.side:
+            found = _WORDS.fullmatch(column.column.strip())
         if found and column.values is not None:
             kinds[found["stem"], found["unit"]][column.column] = found
     cells: dict[str, re.Match[str]] = {}
@@ -38,7 +44,7 @@ def with_lettered_cells(columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
 
 def _of_a_foot(column: ColumnGuess, found: re.Match[str]) -> ColumnGuess:
     side = "left" if found["side"] == "L" else "right"
-    unit = column.unit if found["unit"] else None
+    unit = column.unit if found["unit"] or found.re is _WORDS else None
     place = f"{side}_{found['cell'].lower()}"
     name = NameGuess(
         "reading", side=side, place=found["cell"].lower(), unit=unit,

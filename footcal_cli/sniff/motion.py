@@ -24,6 +24,8 @@ from footcal_cli.tables.world import TO_Z_UP
 _STEP_M, _AWAY, _AWAY_M = 0.03, 0.7, 0.5
 """A foot that stands moves by less, as far as an estimator's drift goes; a CoM above such feet by
 less than a share of its height, or where that is not known than half a metre."""
+_HIGHEST_M, _HIGHEST_CM = 5.0, 150.0
+"""Higher no CoM lies above the ground on which feet stand, in m and in cm."""
 _JUMP_M, _STANCE_ROWS = 0.005, 20
 """From one stance to the next a foot is this far away at once, and stays for so many rows."""
 _LENGTH = re.compile(r"(?i)\blength\W{0,3}units?\W+([a-z]+)")
@@ -57,6 +59,7 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
         file = replace(file, columns=tuple(c for c in file.columns if c.column not in asked))
     length = next((u for x in file.text.above if (f := _LENGTH.search(x)) and
                    (u := known_unit(f[1])) in LENGTHS), None)  # fmt: skip
+    length = length or _by_its_size(file)
     behind = any(c.name.place in _BEHIND for c in file.columns)
     for column in file.columns:
         name = _canonical(column)
@@ -64,10 +67,30 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
             name = name.replace("fl_foot", "left_foot").replace("fr_foot", "right_foot")
         if name and name not in entries:
             default = next((u for end, u in _UNITS.items() if name.endswith(end)), None)
-            if length and name.endswith(("_x_m", "_y_m", "_z_m")):
+            if length and name.endswith(_PLACES):
                 default = length
             entries[name] = of(column, column.unit or default)
-    return _on_the_floor(_without_other_frames(entries, file))
+    return _on_the_floor(_without_other_frames(_level(entries), file))
+
+
+def _by_its_size(file: FileGuess) -> str | None:
+    """The unit of places without one by the height of the CoM: 404 is mm, 40 is cm, 0.4 is m."""
+    for column in file.of("com"):
+        if column.name.axis == "z" and column.unit is None and column.values is not None:
+            height = float(np.nanmedian(np.abs(column.values)))
+            return "mm" if height > _HIGHEST_CM else "cm" if height > _HIGHEST_M else None
+    return None
+
+
+def _level(entries: dict[str, Entry]) -> dict[str, Entry]:
+    """The motion with qx = qy = 0 for feet of which w and z of a quaternion alone are logged."""
+    why = "not logged: the foot is taken to stand level"
+    made = dict(entries)
+    for side in ("left", "right"):
+        w, x, y, z = (f"{side}_foot_q{a}" for a in "wxyz")
+        if {w, z} <= set(entries) and not {x, y} & set(entries):
+            made |= {name: Entry(value="0.0", sure="guess", why=why) for name in (x, y)}
+    return made
 
 
 def _on_the_floor(entries: dict[str, Entry]) -> dict[str, Entry]:
@@ -147,6 +170,7 @@ def _place(
     return np.column_stack(values) if len(values) == 3 else None
 
 
+_PLACES = ("_x_m", "_y_m", "_z_m")
 _UNITS = {"_foot_x_m": "m", "_foot_y_m": "m", "_foot_z_m": "m", "_foot_yaw_rad": "rad"}
 
 
@@ -275,7 +299,7 @@ def _words(column: ColumnGuess) -> list[str]:
     """Words of a column's name without its unit."""
     stem, _, _ = split_unit(re.sub(r"\[(\d+)\]", r"_\1", column.column.lstrip("%#$/ ")))
     words = words_of(stem)
-    if words and _IN_A_POSE.fullmatch(words[-1]) and {"pose", "translation"} & set(words):
+    if words and _IN_A_POSE.fullmatch(words[-1]) and {"pose", "translation", *_FEET} & set(words):
         words = [*words[:-1], words[-1][-1]]
     counted = words[-1:] and words[-1].isdigit() and column.name.axis in ("x", "y", "z")
     return [*words[:-1], column.name.axis] if counted else words

@@ -201,7 +201,7 @@ def reading_entry(column: ColumnGuess) -> Entry:
     why = "its unit is not said: taken as it is"
     if column.counts and column.unit not in FORCES:
         sure, why = column.sure, "whole numbers: counts"
-    elif column.unit in ("V", "mV", "mV/V"):
+    elif column.unit in ("V", "mV", "uV", "mV/V"):
         unit, why = column.unit, "a voltage: the scale is N per volt"
     elif column.unit in FORCES:
         unit, why = column.unit, "a force that was calibrated before"

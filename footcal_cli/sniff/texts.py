@@ -16,6 +16,7 @@ from footcal_cli.sniff.said_weights import said_weight, says_nothing, sums_of
 from footcal_cli.sniff.sides import orientation_in
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
+    DAY,
     FRACTION,
     HEXADECIMAL,
     IN_WORDS,
@@ -25,7 +26,7 @@ from footcal_cli.sniff.tokens import (
     with_unit,
 )
 from footcal_cli.sniff.units import MASSES, NO_READING, VOLTAGES, WEIGHTS, known_unit
-from footcal_cli.sniff.vocabulary import DIRECTIONS
+from footcal_cli.sniff.vocabulary import DIRECTIONS, LETTERS
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.units import TIMES
 from footcal_cli.tables.values import bare_hexadecimal, since_the_first
@@ -34,6 +35,8 @@ FEW = 25
 """A load takes no more than so many values, and so many sensors have a name."""
 _RARE = 0.3
 """Share of rows in which a column of weights may say something else: a shunt, a subtotal."""
+_ROWS_A_DAY = 3
+"""So many rows at least have the date of one day, where a column says on which one."""
 _EVENTS = 0.5
 """Share of empty cells from which a column holds events."""
 MEAN_IN_A_CELL = r"^([-+]?[\d.,]+)"
@@ -86,6 +89,13 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     if iso:
         name, since = replace(name, quantity="time"), since_the_first(raw, "ISO8601")
         return ColumnGuess(column, name, None, "sure", "ISO 8601 dates", stamps=since)
+    different = tuple(dict.fromkeys(words))
+    days = bool(some) and all(DAY.fullmatch(word) for word in some)
+    if days and 1 < len(different) <= FEW and len(words) >= _ROWS_A_DAY * len(different):
+        codes = np.full(len(raw.values), -1)
+        codes[~raw.empty] = [different.index(word) for word in words]
+        name = NameGuess("session")
+        return ColumnGuess(column, name, None, "likely", "days", words=different, codes=codes)
     form = date_format(some) if some else None
     if form is not None:
         name = replace(name, quantity="time")
@@ -126,7 +136,6 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
         return weighed
-    different = tuple(dict.fromkeys(words))
     sides = {orientation_in(word) for word in different[:FEW]}
     if len(different) <= FEW and len(sides) >= SIDES and None not in sides:
         name = replace(name, quantity="orientation")
@@ -135,7 +144,7 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         name = replace(name, quantity="direction")
     elif name.quantity not in ("label", "orientation", "placement", "session"):
         kind = "label" if 1 < len(different) <= FEW and len(words) > len(different) else "other"
-        if name.quantity in ("reading", "unknown", "load") and kind == "label":
+        if name.quantity in ("reading", "unknown", "load", "sequence") and kind == "label":
             name = replace(name, quantity="label")
         else:
             name = replace(name, quantity="other")
@@ -148,8 +157,12 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
 
 def directions_of(words: Sequence[str]) -> dict[str, str]:
     """Words for weights that are put on or taken off -> 1 or −1; empty unless both are said."""
-    signs = {word: DIRECTIONS.get(word.strip("↑↓ .").lower(), "") for word in words}
-    return signs if {*signs.values()} == {"1", "-1"} else {}
+    small = {word: word.strip("↑↓ .").lower() for word in words}
+    for known in (DIRECTIONS, *LETTERS):
+        signs = {word: known.get(said, "") for word, said in small.items()}
+        if {*signs.values()} == {"1", "-1"}:
+            return signs
+    return {}
 
 
 def _or_nothing(

@@ -16,6 +16,7 @@ _DATE = re.compile(
     rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"
     r"(?: ?(?:Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
 )
+DAY = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{2,4}")
 _TIME = re.compile(_TIME_OF_DAY)
 _WITH_UNIT = re.compile(
     r"([+-]?(?:\d{1,3}(?:[,.' \u00a0\u202f]\d{3})+(?:[.,]\d+)?|\d+[.,]?\d*|[.,]\d+)"

@@ -21,7 +21,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
     "时间 時間 时刻 jikoku jikan",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
-    "subframe sub messung probe nummer posture haltung stellung junban",
+    "subframe sub messung probe nummer posture haltung stellung junban bangou paso pasos schritt etapa étape",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
@@ -31,15 +31,16 @@ _SPELLINGS: dict[Quantity, str] = {
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
-    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
+    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture denatsu voltaje voltaggio "
     "cells loadcells brut brute lettura valore anzeige rohwert rohwerte zählwert ausgabe display "
     "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
-    "temperature": "temp temperature temperatur température temperatura температура 温度",
+    "temperature": "temp temperature temperatur température temperatura ondo amb ambient "
+    "температура 温度",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
-    "direction": "direction dir richtung updown",
+    "direction": "direction dir richtung updown way",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
     "series serie reihe messreihe série round runde zyklus ciclo ronda vuelta pasada cycles tour "
-    "tornata giro repetición repeticion pass",
+    "tornata giro repetición repeticion pass kaisu",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
     "orientation": "orientation lage attitude ori orientacion orientación orientação orientamento",
@@ -56,9 +57,13 @@ for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
 
+NUMBERS = {"no", "nr", "num", "number", "nummer", "numero", "número", "numéro", "bangou", "id"}
+"""What a name says that counts things: ``cell no``, ``Zelle Nr``."""
 COUNTED = ("ch", "chan", "kanal", "canal")
 """A small whole number that is called so says of which channel a row is. Groups of rows below a
 title are called ``channel`` whatever they are of, so that this word alone says less."""
+OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle", "celda", "cella", "cellule", "capteur"}
+"""Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
 _CENTRE_OF = r"\bcent(?:er|re|ro)[\W_]*(?:of|de la|della|des?|di|do|du)?[\W_]*"
 SAID_OTHERWISE = tuple(
     (re.compile(phrase, re.IGNORECASE), said) for phrase, said in (
@@ -126,6 +131,8 @@ DIRECTIONS = {
     for word in spellings.split()
 }
 """Whether weights are put on or taken off, in words -> a recipe's direction."""
+LETTERS = ({"u": "1", "d": "-1"}, {"i": "1", "d": "-1"})
+"""The same by one letter: up and down, increasing and decreasing."""
 LEGS = {"leg", "legs", "limb", "bein", "beine", "fuss", "fuß", "foot", "pata", "pierna", "patte",
         "jambe", "gamba", "zampa", "perna", "poot", "noga", "нога", "足", "脚", "腿"}  # fmt: skip
 """How a column is called that says of which leg a row is."""

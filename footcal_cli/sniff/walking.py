@@ -21,6 +21,7 @@ from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.stands import standing
 from footcal_cli.sniff.units import split_unit
 
 _EDGE_S = 0.08
@@ -36,7 +37,10 @@ _PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
 def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
     bodies = [body_of(file) for file in files]
-    files = [file if body is None else body.file for file, body in zip(files, bodies, strict=True)]
+    files = [
+        standing(file) if body is None else body.file
+        for file, body in zip(files, bodies, strict=True)
+    ]
     files = [in_kilograms(file) for file in files]
     found = [body for body in bodies if body is not None]
     body = found[0] if len(found) == 1 else None

@@ -37,6 +37,7 @@ from footcal_cli.sniff.which_cell import (
     cell_column,
     followers,
     loaded_cell,
+    loaded_words,
     named_alike,
     one_cell_moves,
 )
@@ -239,8 +240,9 @@ def _one_at_a_time(
         if (both := on_each_foot(file, load, label, foot, cells)) is not None:
             return both
     for label in labels:
-        on = named_alike(label.words, cells) or followers(load, label, cells)
-        if len(on) != len(label.words) or len({c.column for c in on.values()}) < 2:
+        words = loaded_words(load, label)
+        on = named_alike(words, cells) or followers(load, label, cells)
+        if len(on) != len(words) or len({c.column for c in on.values()}) < 2:
             continue
         entry, asked = load_entry(replace(load, held=load.held or label.held))
         wide = {
@@ -253,7 +255,8 @@ def _one_at_a_time(
         return LogPlan(
             file, f"known weights on one of {len(on)} cells at a time, all of them read",
             "a load, the cell it lies on, and several readings in a row", "likely", "offline-fit",
-            "weights", extras(file), tuple(on), wide, blanks=asked,
+            "weights", {**times(file, needed=False)[0], **extras(file)}, tuple(on), wide,
+            blanks=asked,
         )  # fmt: skip
     return None
 

@@ -56,13 +56,16 @@ def named_alike(words: Sequence[str], cells: Sequence[ColumnGuess]) -> Mapping[s
 def followers(
     load: ColumnGuess, label: ColumnGuess, cells: Sequence[ColumnGuess]
 ) -> Mapping[str, ColumnGuess]:
-    """The reading that alone follows the load in the rows of each word; empty where two do."""
+    """The reading that alone follows the load in the rows of each word; empty where two do.
+
+    Words of rows without any load, as ``-``, name no cell.
+    """
     force, codes = numbers_of(load), codes_of(label)
     if any(numbers_of(c).size != force.size for c in cells) or codes.size != force.size:
         return {}
     found: dict[str, ColumnGuess] = {}
-    for at, word in enumerate(label.words):
-        rows = codes == at
+    for word in loaded_words(load, label):
+        rows = codes == label.words.index(word)
         if np.unique(force[rows]).size < 2:
             return {}
         moved = [c for c in cells if span_of(numbers_of(c)[rows]) > _IDLE * span_of(numbers_of(c))]
@@ -70,6 +73,14 @@ def followers(
             return {}
         found[word] = moved[0]
     return found if len({c.column for c in found.values()}) == len(found) else {}
+
+
+def loaded_words(load: ColumnGuess, label: ColumnGuess) -> list[str]:
+    """Words of a column in whose rows anything lay on a cell; all of another size."""
+    force, codes = np.nan_to_num(numbers_of(load)), codes_of(label)
+    if codes.size != force.size:
+        return list(label.words)
+    return [word for at, word in enumerate(label.words) if np.any(force[codes == at])]
 
 
 def loaded_cell(
@@ -85,7 +96,8 @@ def loaded_cell(
         label = as_label(column)
         if label is None or len(others) < 2:
             continue
-        if len(followers(load, label, others)) == len(label.words):
+        words = loaded_words(load, label)
+        if len(words) > 1 and len(followers(load, label, others)) == len(words):
             return label
     return None
 

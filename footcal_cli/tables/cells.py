@@ -80,7 +80,7 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
             number = _number_of(said)
             said = said if number is None else spelled.get(number, said)
         words.append(place.names.get(said, said))
-    return replace(raw, values=np.array(words, dtype=object))
+    return replace(raw, values=np.array(words, dtype=object), said=True)
 
 
 def _as_text(raw: RawColumn, spelled: Mapping[float, str]) -> RawColumn:

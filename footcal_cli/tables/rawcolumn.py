@@ -30,12 +30,15 @@ class RawColumn:
         Where the cell is empty, shape (n,).
     lines
         Line of every row in a text file, shape (n,); None for Parquet.
+    said
+        Whether the recipe's `pattern` or `names` wrote these texts: then they may be numbers.
     """
 
     kind: RawKind
     values: NDArray[Any]
     empty: BoolArray
     lines: NDArray[np.int64] | None = None
+    said: bool = False
 
     @property
     def silent(self) -> BoolArray:

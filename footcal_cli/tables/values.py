@@ -186,7 +186,7 @@ def _parsed(raw: RawColumn, spec: Column, name: str, unit: str | None, path: Pat
     )
     if spec.flag:
         words = words.map(lambda word: _TRUE_AND_FALSE.get(str(word).lower(), word))
-    if path.suffix.lower() in {".parquet", ".pq"}:
+    if path.suffix.lower() in {".parquet", ".pq"} and not raw.said:
         _refuse("text, not a number", ~raw.empty, raw, spec, name, unit, path)
     some = words.dropna()
     if some.str.fullmatch(HEXADECIMAL).all() or bare_hexadecimal(some.tolist()):

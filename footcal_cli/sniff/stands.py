@@ -1,0 +1,73 @@
+"""The body's stream of stances by what its numbers are, whatever its CoM is called: ``SP_x``.
+
+Room: sniff; asked by walking. In a stand no column moves as steps do. Two places are named after a
+left and a right foot; the CoM is the one other place that lies above their middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.body_columns import foot_names, of_the_com, of_the_feet
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.triples import Axes, angles, axes_of, quaternions
+from footcal_cli.sniff.units import LENGTHS
+
+_SIDES = ({"left", "right"}, {"fl", "fr"})
+_ABOVE, _BESIDE = 0.5, 1.5
+"""How far the CoM lies above the feet and beside their middle: widths of the stance."""
+_LARGEST_M = 20.0
+"""Places without a unit that are larger are in mm."""
+
+
+def standing(file: FileGuess) -> FileGuess:
+    """A log with the CoM and the feet of stances taken for that; as it is where it has none."""
+    if file.of("com"):
+        return file
+    vectors = [v for v in axes_of([c for c in file.columns if _could_be_a_place(c)])
+               if "w" not in v.columns]  # fmt: skip
+    feet = [v for v in vectors if _side(v)]
+    if len(feet) != 2 or {_side(v) for v in feet} not in _SIDES:
+        return file
+    places = [v.values("xyz") for v in feet]
+    above = [v for v in vectors if v not in feet and _above(v.values("xyz"), *places)]
+    if len(above) != 1:
+        return file
+    columns = [c for c in file.columns if c.values is not None]
+    turned = [*quaternions(columns, axes_of(columns)), *angles(columns)]
+    frames = {i: own[0] for i, v in enumerate(feet)
+              if (own := [a for a in turned if a.before.startswith(v.before)])}  # fmt: skip
+    units = {i: next(iter(own.columns.values())).unit or "rad" for i, own in frames.items()}
+    in_mm = bool(np.nanmedian(np.abs(above[0].values("z"))) > _LARGEST_M)
+    made = of_the_com({"com": above[0]}, in_mm=in_mm) | of_the_feet(
+        feet, foot_names([v.before for v in feet], places, None), frames, units, in_mm=in_mm
+    )
+    why = "beside the CoM of a stand"
+    return replace(file, columns=tuple(
+        replace(new, why=why) if (new := made.get(c.column)) is not None else c
+        for c in file.columns
+    ))  # fmt: skip
+
+
+def _could_be_a_place(column: ColumnGuess) -> bool:
+    lengths = column.unit is None or column.unit in LENGTHS
+    return column.values is not None and lengths and column.quantity in (
+        "unknown", "other", "hole", "placement", "position"
+    )  # fmt: skip
+
+
+def _side(axes: Axes) -> str:
+    name = name_guess(f"{axes.before}x{axes.after}")
+    return name.side or name.place
+
+
+def _above(com: FloatArray, left: FloatArray, right: FloatArray) -> bool:
+    """Whether a place (n, 3) lies above the middle of two feet (n, 3) in most rows."""
+    wide = np.linalg.norm((left - right)[:, :2], axis=1)
+    way = com - (left + right) / 2
+    high, beside = way[:, 2] > _ABOVE * wide, np.linalg.norm(way[:, :2], axis=1) < _BESIDE * wide
+    return bool(wide.size and np.median(wide) > 0 and np.mean(high & beside) > 0.9)
