@@ -145,7 +145,9 @@ def blocked(legs: Mapping[str, Sequence[Log]]) -> tuple[tuple[Log, ...], bool]:
 
 def are_held(logs: Sequence[Log]) -> bool:
     """Whether an attitude lasts: of one row each, nobody can tell its zero from its load."""
-    return all(len(log) >= 2 * (log.known[RUN].max() + 1) for log in logs)
+    runs = [int(log.known[RUN].max()) + 1 for log in logs]
+    lasting = (len(log) >= 2 * n for log, n in zip(logs, runs, strict=True))
+    return max(runs) <= MOST_RUNS and all(lasting)
 
 
 def _joined(logs: Sequence[Log]) -> Log:
