@@ -113,7 +113,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
                 return made
         elif (
             plan is not None and not first.of("label") and len(set(names.middle)) > 1
-            and (names.of_cells or loads_named(names) is None)  # a load that was asked for, not a cell
+            # numbers are loads that were asked for, or runs, but behind a word for cells
+            and (names.of_cells or loads_named(names) is None)
             and (names.of_cells or not any(re.fullmatch(r"[\d_-]*", w) for w in names.middle))
         ):  # fmt: skip
             return Part(_weights_per_channel(plan, names), paths, names.match)

@@ -169,6 +169,11 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
         counted = ["_".join([c.name.address.rpartition("_")[0] or c.name.address, *n])
                    for c, n in zip(columns, numbers, strict=True)]  # fmt: skip
         names = counted if all(numbers) and len({*counted}) == len(names) else names
+    elif any(n.startswith(f"{m}_") for n in names for m in names) and not any(
+        c.name.side or c.name.place for c in columns
+    ):  # kg_a beside kg_b: a letter was taken for a word
+        whole = [slug(c.column) for c in columns]
+        names = whole if len({*whole}) == len(names) else names
     twice = Counter(names)
     names = [n if twice[n] == 1 else f"{n}_{i + 1}" for i, n in enumerate(names)]
     return dict(zip(names, columns, strict=True))

@@ -21,7 +21,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
     "时间 時間 时刻 jikoku jikan",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
-    "subframe sub messung probe nummer posture haltung stellung junban bangou paso pasos schritt etapa étape",
+    "subframe sub messung probe nummer posture haltung stellung junban bangou "
+    "paso pasos schritt etapa étape",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
@@ -31,7 +32,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
-    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture denatsu voltaje voltaggio "
+    "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
+    "denatsu voltaje voltaggio "
     "cells loadcells brut brute lettura valore anzeige rohwert rohwerte zählwert ausgabe display "
     "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
     "temperature": "temp temperature temperatur température temperatura ondo amb ambient "
