@@ -13,6 +13,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.units import LOADS
 from footcal_cli.tables.canonical import unwrapped
+from footcal_cli.tables.units import TIMES
 
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
 _SECONDS = re.compile(r"(?:^|[._ ])(?:sec|secs|seconds)$", re.IGNORECASE)
@@ -115,6 +116,7 @@ def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> lis
     made = [
         c.column for c, named in zip(columns, by_name, strict=True)
         if c.quantity == "time" and named.quantity not in ("time", "sequence")
+        and c.unit not in TIMES
     ]  # fmt: skip
     loads = any(c.quantity == "load" or c.unit in LOADS for c in columns)
     if len(made) < 2 or not loads:
