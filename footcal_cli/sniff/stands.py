@@ -46,7 +46,7 @@ def standing(file: FileGuess) -> FileGuess:
     made = of_the_com({"com": above[0]}, in_mm=in_mm) | of_the_feet(
         feet, foot_names([v.before for v in feet], places, None), frames, units, in_mm=in_mm
     )
-    why = "beside the CoM of a stand"
+    why = "two feet with a place above them"
     return replace(file, columns=tuple(
         replace(new, why=why) if (new := made.get(c.column)) is not None else c
         for c in file.columns
