@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.sniff.columns import OF_A_ROW
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
@@ -19,6 +18,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Blank, of
 from footcal_cli.sniff.texts import numbers_as_labels
+from footcal_cli.sniff.vocabulary import OF_A_ROW
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import time_of
 

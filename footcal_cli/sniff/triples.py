@@ -73,7 +73,7 @@ def quaternions(columns: Sequence[ColumnGuess], vectors: Sequence[Axes]) -> list
             key = column.column[: at.start()], column.column[at.end() :]
             numbers.setdefault(key, {})[at[1]] = column
     for key, own in numbers.items():
-        if own.keys() == set("0123"):
+        if own.keys() == set("0123") and _of_length_one(Axes(*key, own).values("0123")):
             found.append(Axes(*key, _upright(own)))
     return [axes for axes in found if _of_length_one(axes.values("xyzw"))]
 
