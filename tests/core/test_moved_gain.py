@@ -71,5 +71,6 @@ def test_the_answer_names_the_cell_and_its_size() -> None:
     assert found.verdict == "ambiguous"
     (item,) = found.found
     assert item.owner == cell
-    assert {r.effect for r in item.cause.rivals} == {"creep", "temperature_scale"}
+    alike = {"creep", "temperature_scale", "nonlinearity"}
+    assert {r.effect for r in item.cause.rivals} == alike
     assert item.cause.size.value == pytest.approx(0.1, abs=2.5 * MOUNTING)

@@ -282,7 +282,7 @@ SCALE_CHANGE = Effect(
     formula="y = (1 + g) x: the scale is no longer what it was calibrated to",
     source="overload, a bent flexure, a loose screw, another amplifier since the calibration",
     remedy="calibrate these cells again: offline-fit with weights",
-    mimics=("creep", "temperature_scale", "load_bypass"),
+    mimics=("creep", "temperature_scale", "nonlinearity", "load_bypass"),
     separates="weights on each cell, as in the calibration before",
 )
 
