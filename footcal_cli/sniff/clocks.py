@@ -106,7 +106,7 @@ def _evenly(column: ColumnGuess) -> bool:
 
 
 def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> list[ColumnGuess]:
-    """Columns of which several increase evenly beside a known load are its readings, no clocks.
+    """Columns of which several increase evenly beside a load that does are its readings, no clocks.
 
     Parameters
     ----------
@@ -118,10 +118,17 @@ def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> lis
         if c.quantity == "time" and named.quantity not in ("time", "sequence")
         and c.unit not in TIMES
     ]  # fmt: skip
-    loads = any(c.quantity == "load" or c.unit in LOADS for c in columns)
-    if len(made) < 2 or not loads:
+    loads = [c for c in columns if c.quantity == "load" or c.unit in LOADS]
+    if len(made) < 2 or not any(_grows(c.values) for c in loads if c.values is not None):
         return columns
     return [named if c.column in made else c for c, named in zip(columns, by_name, strict=True)]
+
+
+def _grows(values: FloatArray) -> bool:
+    """Whether nearly all changes of a load go up."""
+    steps = np.diff(values[np.isfinite(values)])
+    moved = steps[steps != 0.0]
+    return moved.size > 1 and bool(np.mean(moved > 0.0) > _RISING)
 
 
 def without_orders(columns: list[ColumnGuess]) -> list[ColumnGuess]:

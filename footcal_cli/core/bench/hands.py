@@ -19,6 +19,9 @@ _MOSTLY = 0.5
 _FEW = 0.05
 """Share of the samples at which a load changes that is noted by hand; a sensor's always does."""
 
+_PART = 0.25
+"""Share of the shorter of two loads that may be near the change between them."""
+
 _BEYOND = 0.75
 """In windows: a sudden change makes half a window before and after it move."""
 
@@ -28,9 +31,9 @@ def out_of_step(
 ) -> BoolArray:
     """Samples near a change of load that may not be of the load beside them, shape (n,).
 
-    Within `AROUND_S` of a change a sample agrees where its reading stands still, in a hold most of
-    whose samples bear the same load. Of a change at which samples disagree that lie further off
-    than half a window, no sample near it counts.
+    Within `AROUND_S` of a change, or a quarter of a shorter load, a sample agrees where its reading
+    stands still, in a hold most of whose samples bear the same load. Of a change at which samples
+    disagree that lie further off than half a window, no sample near it counts.
 
     Parameters
     ----------
@@ -46,8 +49,12 @@ def out_of_step(
     if not stepwise or settled.mean() < _MOSTLY:
         return out
     same = _bears_its_load(load_n, own)
-    for at in 0.5 * (time_s[changed] + time_s[changed + 1]):
-        near = slice(*np.searchsorted(time_s, [at - AROUND_S, at + AROUND_S]))
+    when = 0.5 * (time_s[changed] + time_s[changed + 1])
+    lasts = np.diff(np.concatenate([time_s[:1], when, time_s[-1:]]))
+    # of loads that change every other second most samples are near a change
+    reach = np.minimum(AROUND_S, _PART * np.minimum(lasts[:-1], lasts[1:]))
+    for at, far in zip(when, reach, strict=True):
+        near = slice(*np.searchsorted(time_s, [at - far, at + far]))
         off = np.abs(time_s[near] - at)[~same[near]]
         disturbed = off.size and off.max() > _BEYOND * window_s
         out[near] |= True if disturbed else ~same[near]
