@@ -193,11 +193,11 @@ def note_differentiated(com_acc_mps2: FloatArray, *, velocity: bool = False) -> 
     """Say that an acceleration (n, 3) that nobody logged is a derivative, and of what."""
     if np.isfinite(com_acc_mps2).any():
         return []
-    of = "its velocity" if velocity else "its position, the second one,"
+    taken = "derivative of its velocity" if velocity else "second derivative of its position"
     return [
         Finding(
             "acceleration_differentiated", "note", "com_acc",
-            f"the log has no acceleration of the CoM: the derivative of {of} is taken",
+            f"the log has no acceleration of the CoM: the {taken} is taken",
             "log it too where the estimator has it (com_acc_x_mps2 …): it is less noisy",
         )
     ]  # fmt: skip

@@ -154,7 +154,7 @@ def test_the_recipes_run(run: Run, tmp_path: Path, repository: Path, recipe: str
     [
         (("--effect", "histeresis=1"), "did you mean 'hysteresis'?"),
         (("--effect", "hysteresis=much"), "not a number"),
-        (("--effect", "hysteresis=9999"), "between 0 and 950"),
+        (("--effect", "hysteresis=9999"), "between -950 and 950"),
         (("--effect", "middle_rr.hysteresis=1"), "no channel named 'middle_rr'"),
         (("--effect", "hysteresis=1,reach=2"), "has no parameter 'reach'"),
         (("--effect", "creep=0.01", "--effect", "left_fl.creep=0.02"), "twice"),

@@ -240,6 +240,8 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
     monkeypatch.setattr(investigation, "problem_from", lambda *_: None)
     monkeypatch.setattr(investigation, "beginning", lambda *_: None)
     monkeypatch.setattr(investigation, "is_large", lambda *_: True)
+    monkeypatch.setattr(investigation, "odd_spell", lambda *_: None)
+    monkeypatch.setattr(investigation, "by_the_likeliest", lambda _, stands, *__: stands)
     monkeypatch.setattr(investigation, "_searched", lambda *_, **__: iter(answers))
     monkeypatch.setattr(
         investigation,
@@ -254,6 +256,7 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
         verdict: Verdict
         path: SimpleNamespace
         found: tuple[()] = ()
+        odd: None = None
 
     monkeypatch.setattr(investigation, "named", lambda _, stands: Said(stands.verdict, stands.path))
     monkeypatch.setattr(investigation, "_sized", lambda *_: True)
@@ -351,3 +354,5 @@ class Nameless:
     verdict: Verdict
     path: SimpleNamespace
     stable: float = 1.0
+    found: tuple[()] = ()
+    odd: None = None

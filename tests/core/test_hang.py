@@ -351,7 +351,7 @@ def test_legs_that_turn_little_are_cut_into_quarters_of_a_turn(travel: str, bloc
     moved = {
         "ten turns": 20.01 * np.pi * share,
         "one turn": 2.01 * np.pi * share,
-        "to and fro": 0.51 * np.pi * np.sin(2.0 * np.pi * share),
+        "to and fro": 0.55 * np.pi * np.sin(2.0 * np.pi * share),
         "still": np.zeros(400),
     }[travel]
     phase = np.angle(np.exp(1j * (moved + np.random.default_rng(1).normal(0.0, 1e-3, 400))))

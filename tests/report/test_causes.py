@@ -34,7 +34,7 @@ def test_two_with_different_numbers_stay_two() -> None:
 
 
 @pytest.mark.parametrize(
-    ("owners", "where", "said"),
+    ("members", "where", "said"),
     [
         (("sensor.fx", "sensor.fz"), "each cell of its own", "each axis of its own"),
         (("sensor.fx", "sensor.fz"), "all cells", "all axes"),
@@ -42,7 +42,7 @@ def test_two_with_different_numbers_stay_two() -> None:
     ],
 )
 def test_a_transducer_has_axes_where_others_have_cells(
-    owners: tuple[str, ...], where: str, said: str
+    members: tuple[str, ...], where: str, said: str
 ) -> None:
-    signature = cast("Signature", SimpleNamespace(owners=owners, where=where))
+    signature = cast("Signature", SimpleNamespace(owners=(("all", members),), where=where))
     assert where_of(signature) == said

@@ -120,6 +120,7 @@ MOST_BLOCKS, FEWEST_BLOCKS = 48, 16
 """A sign-flip statistic cannot exceed the root of the number of blocks: 24 ask twice as much. Of
 fewer than 16 no name is sure, and turns are cut into quarters."""
 _QUARTER, _TREMOR = 0.5 * np.pi, 0.05
+_ALMOST = 0.05  # of a unit: a tremor is lost where a shaft begins to move
 MOST_RUNS = 200
 """Attitudes that somebody holds; more are a motion."""
 
@@ -185,7 +186,7 @@ def _cut(log: Log, each: int, unit_rad: float) -> Log:
 def _pieces(phase_rad: FloatArray, each: int, unit_rad: float) -> IntArray:
     """Piece of each row: units of motion dealt out evenly, what is left goes with the last."""
     moved = _travel(phase_rad) / unit_rad
-    units = int(moved.max(initial=0.0) + 1e-6)
+    units = int(moved.max(initial=0.0) + _ALMOST)
     if units < 2:
         return np.zeros(phase_rad.size, dtype=np.int64)
     pieces = min(each, units)
