@@ -158,9 +158,11 @@ def _loads_and_cells(file: FileGuess) -> tuple[list[ColumnGuess], list[ColumnGue
         if len(forces) == 2 and len(asked) == 1 and others:
             forces = [c for c in forces if c not in asked]
         if len(forces) == 2 and not others and any(c.unit in MASSES for c in forces):
-            # a mass and a force: what takes fewer values was put on
+            # a mass and a force: what takes far fewer values was put on; two sides take as many
             few, many = sorted(forces, key=lambda c: np.unique(numbers_of(c)).size)
-            if few.unit in MASSES and follow(few, [many], _AS_ASKED)[0]:
+            sizes = [np.unique(numbers_of(c)).size for c in (few, many)]
+            put_on = few.unit in MASSES and 2 * sizes[0] <= sizes[1]
+            if put_on and follow(few, [many], _AS_ASKED)[0]:
                 others, forces = [many], [few]
         if len(forces) > 1 and others and all(c.unit in LOADS for c in forces):
             twice = [c.as_quantity("load", "likely", "a load twice") for c in forces]
