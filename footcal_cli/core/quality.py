@@ -48,6 +48,12 @@ class Finding:
     remedy: str
 
 
+def some_of(names: Sequence[str], most: int) -> str:
+    """``a, b and 3 more``."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"{', '.join(names[:most])}{more}"
+
+
 Params = ParamSpec("Params")
 
 

@@ -22,7 +22,7 @@ from footcal_cli.core.pose.steady import (
     steady_stretches,
     why_no_pose,
 )
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, some_of
 from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.records.effects import effect_of
@@ -126,12 +126,11 @@ def _poses_left_out(
     ]  # fmt: skip
     if not short:
         return []
-    named = [f"{time_s[s.start]:.1f}–{time_s[s.stop - 1]:.1f} s" for s in short[:_MOST_NAMED]]
-    more = f" and {len(short) - _MOST_NAMED} more" if len(short) > _MOST_NAMED else ""
+    named = [f"{time_s[s.start]:.1f}–{time_s[s.stop - 1]:.1f} s" for s in short]
     return [
         Finding(
             "poses_left_out", "note", file,
-            f"quiet for no longer than {least_s:g} s and left out: {', '.join(named)}{more}",
+            f"quiet for no longer than {least_s:g} s and left out: {some_of(named, _MOST_NAMED)}",
             f"stand still for more than {least_s:g} s in each pose",
         )
     ]  # fmt: skip

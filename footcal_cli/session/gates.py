@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, some_of
 from footcal_cli.errors import nearest
 from footcal_cli.recipe import CommandOptions, Gates
 from footcal_cli.records.results import ParametersRecord, RmseRow, VerdictRecord
@@ -294,8 +294,7 @@ def _size_sd(name: str, parameters: ParametersRecord, reference: ParametersRecor
 
 def _nothing(key: str, pattern: str, names: Sequence[str]) -> Gate:
     """A gate that judges nothing is not met: its name may be a slip of the pen."""
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    known = f": {', '.join(names[:_MOST_NAMED])}{more}" if names else ""
+    known = f": {some_of(names, _MOST_NAMED)}" if names else ""
     return Gate(
         f"{key} '{pattern}'",
         f"judges nothing here{nearest(pattern, names)}",

@@ -13,7 +13,7 @@ import numpy as np
 
 from footcal_cli.core.checks.siblings import check_dead_channels
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, some_of
 from footcal_cli.recipe import Robot
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.table import Table
@@ -103,8 +103,7 @@ def _before(finding: Finding) -> str:
 
 def _named(logs: Sequence[str], count: int) -> str:
     """Names of some logs, and of how many they are."""
-    more = f" and {len(logs) - _MOST_NAMED} more" if len(logs) > _MOST_NAMED else ""
-    return f"{', '.join(logs[:_MOST_NAMED])}{more} ({len(logs)} of {count} cells logs)"
+    return f"{some_of(logs, _MOST_NAMED)} ({len(logs)} of {count} cells logs)"
 
 
 def _span(values: FloatArray, columns: Sequence[int]) -> float:

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, some_of
 from footcal_cli.core.readings import find_end_codes, find_frozen, find_glitches
 from footcal_cli.core.signals import gaps_of
 from footcal_cli.plots.log import Drawing, Panel, plot_channels, plot_weights
@@ -72,10 +72,9 @@ def _headline(serious: Sequence[Finding], rows: int) -> str:
     if not serious:
         return f"Nothing wrong found in {plural(rows, 'row')}."
     named = list(dict.fromkeys(f"{f.code.replace('_', ' ')} ({f.where})" for f in serious))
-    more = f" and {len(named) - _MOST_NAMED} more" if len(named) > _MOST_NAMED else ""
     return (
         f"{plural(len(serious), 'finding')} in {plural(rows, 'row')}: "
-        f"{', '.join(named[:_MOST_NAMED])}{more}."
+        f"{some_of(named, _MOST_NAMED)}."
     )
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
-from footcal_cli.sniff.body_columns import foot_names, of_the_com, of_the_feet
+from footcal_cli.sniff.body_columns import foot_names, in_millimetres, of_the_com, of_the_feet
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, seconds_of
 from footcal_cli.sniff.names import (
@@ -45,7 +45,7 @@ _MOSTLY_STANDS, _LIFTED, _TRAVELS_M = 0.4, 0.3, 0.1
 _ABOVE_M, _BESIDE = 0.05, 1.0
 """How far the CoM lies above each foot, and off their middle at most: shares of its height."""
 _FOLLOWS, _FREE_MPS2, _SAME_STEPS = 0.9, 2.0, 0.9
-_CENTRED, _LARGEST_M = 0.5, 20.0
+_CENTRED = 0.5
 _ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "g0": 1 / 9.80665}
 _SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2}
 _MOMENTS = ("Nm", "N*m", "N*mm")
@@ -129,7 +129,7 @@ def body_of(file: FileGuess) -> BodyLog | None:
         heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
         heading = np.interp(at, seconds, heading)
     names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
-    in_mm = float(np.median(np.abs(com.values[:, 2]))) > _LARGEST_M
+    in_mm = in_millimetres(com.values)
     columns = of_the_com({role: m.axes for role, m in roles.items()}, in_mm=in_mm)
     columns |= of_the_feet([f.axes for f in feet], names, frames, units, in_mm=in_mm)
     left = {c.column for m in others for c in m.axes.columns.values()}

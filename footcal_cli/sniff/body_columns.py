@@ -1,6 +1,6 @@
 """Names of the feet of a body's stream, and its columns taken for what they are.
 
-Room: sniff; asked by bodies.
+Room: sniff; asked by bodies and stands.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, Quantity, common_start, name_guess
 from footcal_cli.sniff.triples import ROLL_PITCH_YAW, Axes
 
+_LARGEST_M = 20.0
+"""A CoM that is higher is in mm, where no unit is said."""
 _ROLES = {"com": "com_{}_m", "vel": "com_vel_{}_mps", "acc": "com_acc_{}_mps2",
           "rate": "angmom_rate_{}_nm"}  # fmt: skip
 _QUANTITY: Mapping[str, Quantity] = {"com": "com", "acc": "com_acc"}
@@ -25,6 +27,11 @@ _WHY = {
     "acc": "follows the CoM's acceleration",
     "rate": "a moment that is zero on average",
 }
+
+
+def in_millimetres(com: FloatArray) -> bool:
+    """Whether a CoM (n, 3) without a unit can only be in mm."""
+    return bool(np.nanmedian(np.abs(com[:, 2])) > _LARGEST_M)
 
 
 def foot_names(

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.body_columns import foot_names, of_the_com, of_the_feet
+from footcal_cli.sniff.body_columns import foot_names, in_millimetres, of_the_com, of_the_feet
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.triples import Axes, angles, axes_of, quaternions
@@ -20,8 +20,6 @@ from footcal_cli.sniff.units import LENGTHS
 _SIDES = ({"left", "right"}, {"fl", "fr"})
 _ABOVE, _BESIDE = 0.5, 1.5
 """How far the CoM lies above the feet and beside their middle: widths of the stance."""
-_LARGEST_M = 20.0
-"""Places without a unit that are larger are in mm."""
 
 
 def standing(file: FileGuess) -> FileGuess:
@@ -42,7 +40,7 @@ def standing(file: FileGuess) -> FileGuess:
     frames = {i: own[0] for i, v in enumerate(feet)
               if (own := [a for a in turned if a.before.startswith(v.before)])}  # fmt: skip
     units = {i: next(iter(own.columns.values())).unit or "rad" for i, own in frames.items()}
-    in_mm = bool(np.nanmedian(np.abs(above[0].values("z"))) > _LARGEST_M)
+    in_mm = in_millimetres(above[0].values("xyz"))
     made = of_the_com({"com": above[0]}, in_mm=in_mm) | of_the_feet(
         feet, foot_names([v.before for v in feet], places, None), frames, units, in_mm=in_mm
     )

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, some_of
 from footcal_cli.errors import DataError, nearest
 from footcal_cli.tables.canonical import NOT_SAID, is_reading
 from footcal_cli.tables.columns import UNIT_SUFFIXES, Column, TableType, converts
@@ -199,5 +199,4 @@ def passed_over(places: Places, path: Path) -> list[Finding]:
 
 
 def _some(names: Sequence[str], at_most: int = 8) -> str:
-    more = f" and {len(names) - at_most} more" if len(names) > at_most else ""
-    return ", ".join(name[:40] for name in names[:at_most]) + more
+    return some_of([name[:40] for name in names], at_most)

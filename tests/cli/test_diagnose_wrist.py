@@ -49,19 +49,24 @@ def write_wrist(
     table.to_csv(path, index=False)
 
 
+def diagnosed(folder: Path, run: Run) -> DiagnosisRecord:
+    """What `diagnose` says of the log in a folder."""
+    (folder / "wrist.toml").write_text(RECIPE)
+    out = folder / "out"
+    done = run(
+        "diagnose", str(folder / "wrist.csv"), "--experiment", "hang",
+        "--recipe", str(folder / "wrist.toml"), "--out", str(out),
+    )  # fmt: skip
+    assert done.exit_code == 0, done.err
+    return read_record(DiagnosisRecord, out / "diagnosis.json")
+
+
 @pytest.mark.parametrize(
     "hidden", [pytest.param(h, marks=[pytest.mark.slow] if h == "drift" else []) for h in HIDDEN]
 )
 def test_what_is_wrong_with_a_wrist_sensor_is_named(tmp_path: Path, run: Run, hidden: str) -> None:
     write_wrist(tmp_path / "wrist.csv", hidden)
-    (tmp_path / "wrist.toml").write_text(RECIPE)
-    out = tmp_path / "out"
-    done = run(
-        "diagnose", str(tmp_path / "wrist.csv"), "--experiment", "hang",
-        "--recipe", str(tmp_path / "wrist.toml"), "--out", str(out),
-    )  # fmt: skip
-    assert done.exit_code == 0, done.err
-    record = read_record(DiagnosisRecord, out / "diagnosis.json")
+    record = diagnosed(tmp_path, run)
     effect, parameter, size = HIDDEN[hidden]
     assert record.verdict == "named", record.sentence
     (cause,) = record.causes
@@ -75,13 +80,6 @@ def test_what_is_wrong_with_a_wrist_sensor_is_named(tmp_path: Path, run: Run, hi
 def test_one_row_per_attitude_is_enough(tmp_path: Path, run: Run, hidden: str) -> None:
     """Means over seconds: a row does not tell its own zero from its load, and need not."""
     write_wrist(tmp_path / "wrist.csv", hidden, holds=40, rows=1, sd=0.01)
-    (tmp_path / "wrist.toml").write_text(RECIPE)
-    out = tmp_path / "out"
-    done = run(
-        "diagnose", str(tmp_path / "wrist.csv"), "--experiment", "hang",
-        "--recipe", str(tmp_path / "wrist.toml"), "--out", str(out),
-    )  # fmt: skip
-    assert done.exit_code == 0, done.err
-    record = read_record(DiagnosisRecord, out / "diagnosis.json")
+    record = diagnosed(tmp_path, run)
     named = [(c.effect, c.parameter) for c in record.causes]
     assert named == ([HIDDEN[hidden][:2]] if hidden else []), record.sentence

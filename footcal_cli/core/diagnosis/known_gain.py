@@ -7,20 +7,20 @@ known one; and so does a calibration of which all gains have changed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.investigation import Investigation, named
-from footcal_cli.core.diagnosis.path import beginning, grown
+from footcal_cli.core.diagnosis.path import Path, beginning, grown
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.diagnosis.subject import Advance, Subject
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.problem import Signature
-from footcal_cli.core.inference.tracking import COMMON_GAIN
+from footcal_cli.core.inference.tracking import COMMON_GAIN, Direction
 
 
 def with_known_gain(
@@ -50,10 +50,8 @@ def with_known_gain(
         return found
     if not is_large(found.case, found.problem):
         return found
-    case = replace(found.case, directions=held)
-    problem = problem_from(case, found.problem, table.values(), describe)
-    subject = Subject(case, problem, table, describe, advance)
-    path = grown(subject, beginning(problem, rules, seed), replace(rules, most_effects=1), seed)
+    subject, path = along_fewer(found, held, table, table, describe, rules, seed, advance)
+    case = subject.case
     if not path.causes or is_large(case, path.current):
         return found
     (cause,) = path.causes
@@ -63,3 +61,29 @@ def with_known_gain(
     calibrated = Signature(case.experiment.calibration[0], "scale", "all cells", "")
     cause = replace(cause, rivals=(*cause.rivals, calibrated))
     return named(subject, happened(subject, replace(path, causes=(cause,)), Verdict.AMBIGUOUS))
+
+
+def along_fewer(
+    found: Investigation,
+    directions: Sequence[Direction],
+    asked: Mapping[str, Effect],
+    table: Mapping[str, Effect],
+    describe: Describe,
+    rules: Rules,
+    seed: int,
+    advance: Advance,
+) -> tuple[Subject, Path]:
+    """A walk whose gains may differ along fewer directions, and the one cause that it then shows.
+
+    Parameters
+    ----------
+    asked, table
+        Effects that are looked for, and all that an answer may name.
+    found, describe, rules, seed, advance
+        See `investigate`.
+    """
+    case = replace(found.case, directions=tuple(directions))
+    problem = problem_from(case, found.problem, asked.values(), describe)
+    subject = Subject(case, problem, table, describe, advance)
+    only = replace(rules, most_effects=1)
+    return subject, grown(subject, beginning(problem, rules, seed), only, seed)

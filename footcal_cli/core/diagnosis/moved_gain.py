@@ -13,12 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Verdict
-from footcal_cli.core.diagnosis.bridge import Describe, problem_from
+from footcal_cli.core.diagnosis.bridge import Describe
 from footcal_cli.core.diagnosis.investigation import Investigation, named
-from footcal_cli.core.diagnosis.path import beginning, grown
+from footcal_cli.core.diagnosis.known_gain import along_fewer
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import happened
-from footcal_cli.core.diagnosis.subject import Advance, Subject
+from footcal_cli.core.diagnosis.subject import Advance
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.grams import calibration_grams
@@ -56,12 +56,8 @@ def with_moved_gain(
     moved = moved_cells(found.case, found.problem)
     if not moved:
         return found
-    kept = tuple(w for w in found.case.directions if w.name.rpartition(".")[0] not in moved
-                 or not w.lasting)  # fmt: skip
-    case = replace(found.case, directions=kept)
-    problem = problem_from(case, found.problem, table.values(), describe)
-    subject = Subject(case, problem, others, describe, advance)
-    path = grown(subject, beginning(problem, rules, seed), replace(rules, most_effects=1), seed)
+    kept = [way for way in found.case.directions if not (way.lasting and way.channel in moved)]
+    subject, path = along_fewer(found, kept, table, others, describe, rules, seed, advance)
     if not path.causes:
         return found
     (cause,) = path.causes
@@ -87,7 +83,7 @@ def moved_cells(case: Case, problem: Problem) -> tuple[str, ...]:
     ways = [way for way in case.directions if way.lasting]
     if not ways or problem.held is None:
         return ()
-    cells = [way.name.rpartition(".")[0] for way in ways]
+    cells = [way.channel for way in ways]
     feet = dict.fromkeys(cell.split("_", 1)[0] for cell in cells)
     groups: list[tuple[str, ...]] = [(cell,) for cell in cells]
     groups += [tuple(c for c in cells if c.split("_", 1)[0] == foot) for foot in feet]

@@ -11,7 +11,6 @@ import numpy as np
 
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.inference.signatures import direction_columns
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 from footcal_cli.core.signals import means_of
@@ -128,15 +127,14 @@ def _one_channel(case: Case, problem: Problem, rows: IntArray) -> tuple[str, boo
     A force f(t) at a cell acts on all outputs in the proportion of its bias column c(t):
     ``Σ_t (c·r)²/(c·c)`` of ``Σ_t r·r``.
     """
-    biases = [d for d in case.directions if d.kind == "bias"]
-    columns = direction_columns(case, problem)[rows]
-    wandering = [d for d in case.directions if not d.lasting]
+    wandering = [way for way in case.directions if not way.lasting]
+    biases = [(way, k) for k, way in enumerate(wandering) if way.kind == "bias"]
     _, sample = np.unique(problem.time_s[rows], return_inverse=True)
     left = problem.residual[rows]
     whole = float(left @ left)
     shares, forces = [], []
-    for way in biases:
-        c = columns[:, wandering.index(way)]
+    for way, k in biases:
+        c = problem.calibration[rows, k]
         dot, own = np.bincount(sample, c * left), np.bincount(sample, c * c)
         size = np.divide(dot, own, out=np.zeros_like(dot), where=own > 0.0)
         shares.append(float(size @ dot) / whole)
@@ -145,7 +143,7 @@ def _one_channel(case: Case, problem: Problem, rows: IntArray) -> tuple[str, boo
     left_by = sorted(1.0 - share for share in shares)
     if shares[best] < _EXPLAINED or left_by[1] < 2.0 * left_by[0]:
         return "", False
-    name = biases[best].name.rpartition(".")[0]
+    name = biases[best][0].channel
     log = case.logs[int(problem.log[rows[0]])]
     truth, _ = case.chain.remove(log, case.values)
     mine = (log.time_s >= problem.time_s[rows[0]]) & (log.time_s <= problem.time_s[rows[-1]])

@@ -47,6 +47,11 @@ class Direction:
     changes: Mapping[str, float]
     lasting: bool = False
 
+    @property
+    def channel(self) -> str:
+        """Whose gain or bias it is."""
+        return self.name.rpartition(".")[0]
+
 
 @dataclass(frozen=True)
 class Tracking:

@@ -11,7 +11,7 @@ from footcal_cli.core.pose.data import PoseData, summarise
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.problem import PoseOptions, feature_noise
-from footcal_cli.core.quality import Finding
+from footcal_cli.core.quality import Finding, some_of
 
 _SURE = 0.75
 """Share of the poses that balance best: these say what is usual, and no more may be left out."""
@@ -69,13 +69,12 @@ def moving_finding(far: BoolArray) -> list[Finding]:
     if not far.any():
         return []
     places = [str(i + 1) for i in np.flatnonzero(far)]
-    more = f" and {len(places) - _MOST_NAMED} more" if len(places) > _MOST_NAMED else ""
     return [
         Finding(
             "poses_off_balance", "warning", "poses",
             f"{len(places)} of {far.size} poses balance far worse than the others, as if the robot "
             f"moved or was held; left out (counted in the log's order): "
-            f"{', '.join(places[:_MOST_NAMED])}{more}",
+            f"{some_of(places, _MOST_NAMED)}",
             "stand still before a pose is read, with cables slack; record these poses again",
         )
     ]  # fmt: skip

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.case import Case, channels_of
+from footcal_cli.core.quality import some_of
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import HeldRecord
 from footcal_cli.sheets.diagnosis.words import together
@@ -46,5 +47,5 @@ def _of(owners: Sequence[str], channels: Sequence[str]) -> str:
             said.append(foot)
             left = {name: None for name in left if name not in own}
     said += left
-    more = f" and {len(said) - _MOST_NAMED} more" if len(said) > _MOST_NAMED else ""
-    return f" of {', '.join(said[:_MOST_NAMED])}{more}" if more else f" of {together(said)}"
+    many = len(said) > _MOST_NAMED
+    return f" of {some_of(said, _MOST_NAMED) if many else together(said)}"
