@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from footcal_cli.core.diagnosis.rehearsal import Contender
+from footcal_cli.core.diagnosis.rehearsal import Contender, usual
 from footcal_cli.core.diagnosis.rig import Rig
 from footcal_cli.core.effects.contract import Effect
-from footcal_cli.core.inference.problem import Signature
 from footcal_cli.errors import UsageError
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import DiagnoseOptions
@@ -44,9 +43,9 @@ def rivals_of(session: Session[DiagnoseOptions]) -> tuple[Contender, ...]:
     found = []
     for name in names:
         effect = session.table[name]
-        values = {p.name: p.neutral for p in effect.shapes}
-        values |= sizes.get(name, {effect.size.name: effect.size.neutral + effect.size.prior_sd})
-        found.append(Contender(Signature(name, effect.size.name, "", effect.size.unit), values))
+        signature = usual(effect)
+        values = sizes.get(name, {effect.size.name: effect.size.neutral + effect.size.prior_sd})
+        found.append(Contender(signature, {**dict(signature.shape), **values}))
     return tuple(found)
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.investigation import investigate
-from footcal_cli.core.diagnosis.moved_gain import moved_cells, with_moved_gain
+from footcal_cli.core.diagnosis.moved_gain import gains_against, with_moved_gain
+from footcal_cli.core.diagnosis.next_experiment import ambiguity, next_menu
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import uncounted
@@ -17,6 +18,7 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.tracking import gain_and_bias
+from footcal_cli.sheets.diagnosis.experiment import next_experiment
 from tests.core.test_diagnosis_bridge import ROBOT, Hidden, walk_case
 
 MOUNTING = 0.01
@@ -38,7 +40,8 @@ def walked(seed: int, gains: dict[str, float], hidden: Hidden | None = None) -> 
 
 
 def moved(case: Case) -> tuple[str, ...]:
-    return moved_cells(case, problem_from(case, rows_of(case), [], describe))
+    gains = gains_against(case, problem_from(case, rows_of(case), [], describe))
+    return tuple(gain.cell for gain in gains if gain.certain)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -74,3 +77,15 @@ def test_the_answer_names_the_cell_and_its_size() -> None:
     alike = {"creep", "temperature_scale", "nonlinearity"}
     assert {r.effect for r in item.cause.rivals} == alike
     assert item.cause.size.value == pytest.approx(0.1, abs=2.5 * MOUNTING)
+    (gain,) = (g for g in found.gains_moved if g.certain)
+    assert gain.cell == cell
+    assert gain.change.low < 0.1 < gain.change.high
+    assert all(abs(g.change.value) < 3.0 * MOUNTING for g in found.gains_moved if not g.certain)
+    contenders = ambiguity(found, TABLE)
+    assert {c.signature.effect for c in contenders} == {"scale_change", *alike}
+    assert all(TABLE[c.signature.effect].size.name in c.values for c in contenders)
+    # a rehearsed walk would let its gain follow: what the table says is what to do next
+    assert next_menu(found, TABLE) is None
+    proposed = next_experiment(found, TABLE, None)
+    assert proposed is not None
+    assert proposed.words == TABLE["scale_change"].separates

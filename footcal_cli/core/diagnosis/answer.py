@@ -115,6 +115,28 @@ class Cause:
 
 
 @dataclass(frozen=True)
+class MovedGain:
+    """The gain of one cell against what its calibration allows.
+
+    Parameters
+    ----------
+    cell
+        Its channel.
+    change
+        Share by which the gain differs from the calibration, with its 95 % interval.
+    mounting_sd
+        Share by which a mounting moves a gain.
+    certain
+        Whether it has moved for certain.
+    """
+
+    cell: str
+    change: Interval
+    mounting_sd: float
+    certain: bool
+
+
+@dataclass(frozen=True)
 class EffectRow:
     """One line of the evidence table.
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 
-from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
+from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, MovedGain, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.floor import is_large
@@ -105,6 +105,8 @@ class Investigation:
         Whether the cause happened once (`footcal_cli.core.diagnosis.path.jumped`).
     odd
         The spell of a walk that is unlike all others.
+    gains_moved
+        Every gain against its calibration, where one of them has moved for certain.
     """
 
     verdict: Verdict
@@ -121,6 +123,7 @@ class Investigation:
     nameless: tuple[Nameless, ...] = ()
     once: bool = False
     odd: OddSpell | None = None
+    gains_moved: tuple[MovedGain, ...] = ()
 
 
 def investigate(

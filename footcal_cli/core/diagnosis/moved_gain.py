@@ -7,28 +7,32 @@ that: what scales one cell by more shows in no residual, only in a gain far from
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.answer import MovedGain, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe
 from footcal_cli.core.diagnosis.investigation import Investigation, named
 from footcal_cli.core.diagnosis.known_gain import along_fewer
+from footcal_cli.core.diagnosis.rehearsal import usual
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.diagnosis.subject import Advance
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.case import Case
+from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.linear import scaled_inverse
-from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.parameters import FloatArray
 
 FAR, NEAR = 5.0, 4.0
 """Prior sd by which a gain has moved for certain, and by which none of the others may have then."""
 _RCOND = 1e-12
+_SD_95 = 1.96
 
 
 def with_moved_gain(
@@ -53,7 +57,8 @@ def with_moved_gain(
     """
     if found.verdict not in (Verdict.NONE, Verdict.UNKNOWN) or found.odd is not None or not table:
         return found
-    moved = moved_cells(found.case, found.problem)
+    gains = gains_against(found.case, found.problem)
+    moved = [gain.cell for gain in gains if gain.certain]
     if not moved:
         return found
     kept = [way for way in found.case.directions if not (way.lasting and way.channel in moved)]
@@ -68,17 +73,20 @@ def with_moved_gain(
     if cause.size.value > 0.0 or len(moved) == 1:
         # what an error of a foot's load as a whole takes, it takes from all of its cells
         alike = [name for name in alike if Trait.OF_THE_SUM not in others[name].traits]
-    rivals = (Signature(name, name, cause.signature.where, "") for name in alike)
+    rivals = (usual(others[name], cause.signature.where) for name in alike)
     cause = replace(cause, rivals=(*cause.rivals, *rivals))
     verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
-    return named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
+    answer = named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
+    return replace(answer, gains_moved=gains)
 
 
-def moved_cells(case: Case, problem: Problem) -> tuple[str, ...]:
-    """The cell, or the cells of one foot, whose gain has surely moved, and no other's.
+def gains_against(case: Case, problem: Problem) -> tuple[MovedGain, ...]:
+    """Every gain against its calibration, where one cell's or one foot's has surely moved.
 
     With γ ~ N(0, I) in units of what a mounting moves, and C its covariance given the walk,
     ``a·γ̂ / √(a·(I − C) a)`` is N(0, 1) for any direction a: a single cell, all cells of a foot.
+    What has moved is then free of its calibration, and no other gain may be far from its own.
+    Empty where none has moved.
     """
     ways = [way for way in case.directions if way.lasting]
     if not ways or problem.held is None:
@@ -91,22 +99,41 @@ def moved_cells(case: Case, problem: Problem) -> tuple[str, ...]:
     grams = calibration_grams(problem, problem.law, counted=False)
     base = grams.calibration
     total = grams.inner.summed(np.append(base, grams.inner.last))
-    far = np.abs(_departures(total, along))
+    far = np.abs(_departures(*_gains(total, len(cells)), along))
     best = int(np.argmax(far))
     if far[best] < FAR:
         return ()
     free, a = total.copy(), along[best]
     free[: a.size, : a.size] -= np.outer(a, a) / (a @ a)
-    within = along @ a / (a @ a) > 0.0
-    beside = np.abs(_departures(free, along))[~within]
-    return groups[best] if beside.max(initial=0.0) < NEAR else ()
+    gain, covariance = _gains(free, a.size)
+    others = np.abs(_departures(gain, covariance, along))[along @ a == 0.0]
+    if others.max(initial=0.0) >= NEAR:
+        return ()
+    sd = np.sqrt(np.diag(covariance))
+    return tuple(
+        MovedGain(c, _within(unit * g, abs(unit) * s), abs(unit), c in groups[best])
+        for c, g, s, unit in zip(cells, gain, sd, _shares(case, ways), strict=True)
+    )
 
 
-def _departures(total: FloatArray, along: FloatArray) -> FloatArray:
-    """``a·γ̂`` of each direction in units of its sd beforehand, shape (directions,)."""
-    size = along.shape[1]
+def _shares(case: Case, ways: Sequence[Direction]) -> list[float]:
+    """By which share a mounting moves each gain."""
+    names = [f"{way.channel}.scale" for way in ways]
+    return [way.changes[n] / case.values[n] for way, n in zip(ways, names, strict=True)]
+
+
+def _within(value: float, sd: float) -> Interval:
+    return Interval(value, value - _SD_95 * sd, value + _SD_95 * sd)
+
+
+def _gains(total: FloatArray, size: int) -> tuple[FloatArray, FloatArray]:
+    """γ̂ and its covariance from the Gram matrix of calibration and residual."""
     covariance = scaled_inverse(total[:-1, :-1], _RCOND)
-    gain = (covariance @ total[:-1, -1])[:size]
-    left = np.eye(size) - covariance[:size, :size]
-    spread = np.einsum("ij,jk,ik->i", along, left, along)
+    return (covariance @ total[:-1, -1])[:size], covariance[:size, :size]
+
+
+def _departures(gain: FloatArray, covariance: FloatArray, along: FloatArray) -> FloatArray:
+    """``a·γ̂`` of each direction in units of its sd beforehand, shape (directions,)."""
+    known = np.eye(gain.size) - covariance
+    spread = np.einsum("ij,jk,ik->i", along, known, along)
     return np.asarray(along @ gain / np.sqrt(np.maximum(spread, 1e-9)))

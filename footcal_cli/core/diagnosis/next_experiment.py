@@ -14,11 +14,13 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.menu import LIKE, Menu, menu_for
 from footcal_cli.core.diagnosis.rehearsal import Contender, present
 from footcal_cli.core.diagnosis.rig import Rig, rig_of
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects import having
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.problem import Signature
-from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.core.inference.whitening import longest_memory
 
+_NOT_REHEARSED = having(Trait.SWITCH, Trait.GAIN)
+"""What a rehearsal, whose calibration is free, cannot show: plugs, and gains that have moved."""
 _NEAREST = 3
 
 
@@ -53,7 +55,7 @@ def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
     """The menu for what could not be distinguished, or for what comes nearest to the unknown."""
     rivals = ambiguity(found, table) if found.verdict is Verdict.AMBIGUOUS else ()
     asked = rivals or nearest_effects(found, table)
-    if len(asked) < 2 or any(r.signature.effect in SWITCHES for r in asked):
+    if len(asked) < 2 or any(r.signature.effect in _NOT_REHEARSED for r in asked):
         return None
     rig = rig_at(found)
     return menu_for(asked, table, rig, present(found.case, rig) if rivals else None)

@@ -35,6 +35,12 @@ _RANK = 1e-6
 _STEP = 0.1  # of a calibration parameter, in its prior sd
 
 
+def usual(effect: Effect, where: str = "") -> Signature:
+    """An effect in its usual shape, of which no log has said more."""
+    shape = tuple((p.name, p.neutral) for p in effect.shapes)
+    return Signature(effect.name, effect.size.name, where, effect.size.unit, shape)
+
+
 @dataclass(frozen=True)
 class Contender:
     """An effect with the values that explain the present data.

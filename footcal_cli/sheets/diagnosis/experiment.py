@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import Menu, Prospect, advice
-from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.plots.words import words
 from footcal_cli.records.diagnosis import NextExperimentRecord
 from footcal_cli.report import Sheet, number
@@ -30,7 +30,9 @@ def next_experiment(
     for item in found.found:
         if item.cause.rivals:
             names = [item.cause.signature.effect, *(r.effect for r in item.cause.rivals)]
-            said = advice([table[n] for n in dict.fromkeys(names) if n in table])
+            asked = [table[n] for n in dict.fromkeys(names) if n in table]
+            moved = [effect for effect in asked if Trait.GAIN in effect.traits]
+            said = advice(moved or asked)
             return NextExperimentRecord(id="", kind="", words=said) if said else None
     return None
 

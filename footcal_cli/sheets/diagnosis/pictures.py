@@ -15,6 +15,7 @@ from footcal_cli.plots.diagnosis import (
     jump,
     ladder,
     line_up,
+    moved_gain,
     movement,
     null,
     residuals,
@@ -34,6 +35,7 @@ def pictures_of(
         # what is fitted to wrong readings shows nothing; the largest error does
         return (_jump(found) if found.once else _driver(found),)
     return (
+        *((_moved_gain(found),) if found.gains_moved else ()),
         # a jump repeats with no signal, nor from block to block
         *((_jump(found),) if found.once else (_driver(found), _line_up(found, seed))),
         *_held_out(found),
@@ -75,6 +77,16 @@ def _jump(found: Investigation) -> Picture:
         jump.caption(found),
         title=jump.title(found),
         result=lambda: jump.in_words(found),
+    )
+
+
+def _moved_gain(found: Investigation) -> Picture:
+    return Picture(
+        "gain_against_calibration",
+        lambda: moved_gain.plot_moved_gain(found.gains_moved),
+        moved_gain.CAPTION,
+        title="Gain of each cell against its calibration",
+        result=lambda: moved_gain.in_words(found.gains_moved),
     )
 
 
