@@ -166,6 +166,7 @@ def _investigated(
     from footcal_cli.core.diagnosis.investigation import investigate
     from footcal_cli.core.diagnosis.known_gain import with_known_gain
     from footcal_cli.core.diagnosis.moved_gain import with_moved_gain
+    from footcal_cli.core.diagnosis.moved_zero import with_moved_zero
     from footcal_cli.core.diagnosis.signals import describe
     from footcal_cli.core.quality import stopping
     from footcal_cli.intake.cases import read_case
@@ -187,6 +188,7 @@ def _investigated(
         gains, seed = read.like_a_gain(table), session.request.seed
         again = with_known_gain(found, gains, describe, rules, seed, advance)
         again = with_moved_gain(again, read.gains(table), table, describe, rules, seed, advance)
+        again = with_moved_zero(again, read.zeros(table), table, describe, rules, seed, advance)
     if again is found:
         return read, found
     answered = {s.effect for f in again.found for s in (f.cause.signature, *f.cause.rivals)}

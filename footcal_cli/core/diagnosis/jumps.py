@@ -233,12 +233,17 @@ def _of_all(differences: FloatArray, rounded: float) -> float:
 
 
 def at_rest(problem: Problem, name: str) -> tuple[FloatArray, FloatArray, str]:
-    """When each swing of a channel is, what its residual is on average, (s,) each, and its unit."""
+    """When each swing of a channel is, what its residual is on average, (s,) each, and its unit.
+
+    Empty for a channel that never rests.
+    """
     assert problem.traces is not None, "a walk"
     number = problem.traces.names.index(name)
     of_channel = problem.traces.channel == number
     rows = np.flatnonzero(of_channel & np.isin(problem.output, list(_pooled(problem))))
     time_s = problem.traces.time_s[rows]
+    if not rows.size:
+        return time_s, time_s, ""
     swing = _numbers(problem, time_s)
     count = np.bincount(swing)
     values = problem.residual[rows] * problem.noise[rows]

@@ -62,13 +62,43 @@ def with_moved_gain(
     if not moved:
         return found
     kept = [way for way in found.case.directions if not (way.lasting and way.channel in moved)]
+    answer = named_in(found, kept, moved, table, others, describe, rules, seed, advance)
+    return found if answer is None else replace(answer, gains_moved=gains)
+
+
+def named_in(
+    found: Investigation,
+    kept: Sequence[Direction],
+    moved: Sequence[str],
+    table: Mapping[str, Effect],
+    others: Mapping[str, Effect],
+    describe: Describe,
+    rules: Rules,
+    seed: int,
+    advance: Advance,
+) -> Investigation | None:
+    """What is named in the cells that have moved once their calibration does not follow them.
+
+    None where nothing is, or in other cells. Rivals are all that the named effect resembles.
+
+    Parameters
+    ----------
+    kept
+        Directions along which the calibration may still differ.
+    moved
+        Cells.
+    table, others
+        Effects that are looked for, and all that an answer may name.
+    found, describe, rules, seed, advance
+        See `investigate`.
+    """
     subject, path = along_fewer(found, kept, table, others, describe, rules, seed, advance)
     if not path.causes:
-        return found
+        return None
     (cause,) = path.causes
     owners = cause.signature.owners
     if {c for _, cells in owners for c in cells} != set(moved):
-        return found
+        return None
     alike = [name for name in table[cause.signature.effect].mimics if name in others]
     if cause.size.value > 0.0 or len(moved) == 1:
         # what an error of a foot's load as a whole takes, it takes from all of its cells
@@ -76,8 +106,7 @@ def with_moved_gain(
     rivals = (usual(others[name], cause.signature.where) for name in alike)
     cause = replace(cause, rivals=(*cause.rivals, *rivals))
     verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
-    answer = named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
-    return replace(answer, gains_moved=gains)
+    return named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
 
 
 def gains_against(case: Case, problem: Problem) -> tuple[MovedGain, ...]:

@@ -55,6 +55,8 @@ def next_menu(found: Investigation, table: Mapping[str, Effect]) -> Menu | None:
     """The menu for what could not be distinguished, or for what comes nearest to the unknown."""
     rivals = ambiguity(found, table) if found.verdict is Verdict.AMBIGUOUS else ()
     asked = rivals or nearest_effects(found, table)
+    if found.once and found.problem.drifts:
+        return None  # a walk that is rehearsed has nothing that goes one way
     if len(asked) < 2 or any(r.signature.effect in _NOT_REHEARSED for r in asked):
         return None
     rig = rig_at(found)

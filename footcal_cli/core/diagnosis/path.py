@@ -237,7 +237,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     if problem.drifts and len(subject.table[signature.effect].sizes) > 1:
         # what jumped by many usual sizes along one axis did so along others
         model = refitted_with(subject, [cause], model)
-    model = replace(model, intervals=_of_one_step(subject, cause, model, jump))
+    model = replace(model, intervals=of_one_step(subject, cause, model, jump))
     if all(i.low <= 0.0 <= i.high for i in model.intervals):
         return None
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
@@ -250,7 +250,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
     return ended if small or quiet else None
 
 
-def _of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tuple[Interval, ...]:
+def of_one_step(subject: Subject, cause: Cause, model: Refit, jump: Jump) -> tuple[Interval, ...]:
     """95 % intervals of sizes of which one block knows all, so that blocks cannot show a scatter.
 
     ``sd² = (H⁻¹)_ii`` with H the information of the whitened innovations; all of them larger by

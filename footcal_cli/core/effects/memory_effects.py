@@ -242,7 +242,7 @@ SENSOR_LAG = Effect(
 
 BIAS_DRIFT = Effect(
     name="bias_drift",
-    traits=(Trait.TIMED, Trait.MEMORY),
+    traits=(Trait.TIMED, Trait.MEMORY, Trait.ZERO),
     unseen_walking=DRIFT_TAKES_IT + "log ten unloaded minutes",
     stage=Stage.CELL,
     scope=Scope.CHANNEL,

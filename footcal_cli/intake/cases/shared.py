@@ -91,6 +91,12 @@ class CaseRead:
             return {}
         return {name: effect for name, effect in table.items() if Trait.GAIN in effect.traits}
 
+    def zeros(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
+        """What moves the zero of one cell, which a tracked calibration follows."""
+        if not self.case.drifts:
+            return {}
+        return {name: effect for name, effect in table.items() if Trait.ZERO in effect.traits}
+
     def like_a_gain(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
         """What scales all forces, alike or nearly, of cells whose gains were known before."""
         if self.case.known is None:

@@ -1,4 +1,4 @@
-"""A jump: what the channel shows in each swing or hold, before and after it is modelled."""
+"""What happens once: what the channel shows in each swing or hold, with and without its cause."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def caption(found: Investigation) -> str:
     """What the points are."""
     where = "swing, where it should show nothing," if found.problem.drifts else "hold"
     return (
-        f"Points: mean residual of the channel in each {where} with and without the jump in the "
+        f"Points: mean residual of the channel in each {where} with and without the cause in the "
         "model. They should lie on one level."
     )
 
@@ -45,8 +45,9 @@ def channel_of(found: Investigation) -> str:
     return f"{item.owner}.{surest}"
 
 
-def _moment_s(item: Found) -> float:
-    return next(iter(item.placed.values()))
+def _moment_s(item: Found) -> float | None:
+    """When it happened; None of what goes on all the time."""
+    return next(iter(item.placed.values()), None)
 
 
 def _parts(found: Investigation) -> str:
@@ -64,13 +65,17 @@ def _levels(found: Investigation, problem: Problem) -> tuple[FloatArray, FloatAr
 
 
 def in_words(found: Investigation) -> str:
-    """The mean before and after the jump."""
+    """The mean before and after it happened, or at both ends."""
     time_s, mean, unit = _levels(found, found.problem)
-    after = time_s >= _moment_s(found.found[0])
-    return (
-        f"{channel_of(found)} shows {mean[~after].mean():.3g} {unit} in the {_parts(found)}s "
-        f"before {_moment_s(found.found[0]):.1f} s and {mean[after].mean():.3g} {unit} after."
-    ).replace("-", "−")
+    moment, part = _moment_s(found.found[0]), _parts(found)
+    if moment is None:
+        first, last, where = mean[0], mean[-1], f"the first {part} and {{}} in the last"
+    else:
+        after = time_s >= moment
+        first, last = mean[~after].mean(), mean[after].mean()
+        where = f"the {part}s before {moment:.1f} s and {{}} after"
+    shown = f"{channel_of(found)} shows {first:.3g} {unit} in {where.format(f'{last:.3g} {unit}')}."
+    return shown.replace("-", "−")
 
 
 def plot_jump(found: Investigation) -> Figure:
@@ -79,17 +84,19 @@ def plot_jump(found: Investigation) -> Figure:
     axes = figure.add_subplot()
     unit = ""
     for problem, colour, label in (
-        (found.problem, BEFORE, "without the jump in the model"),
+        (found.problem, BEFORE, "without the cause in the model"),
         (found.final, AFTER, "with it"),
     ):
         time_s, mean, unit = _levels(found, problem)
         axes.plot(time_s, mean, "o", color=colour, markersize=4, label=label)
     axes.axhline(0, color=REFERENCE, linewidth=0.8)
-    axes.axvline(_moment_s(found.found[0]), color=REFERENCE, linewidth=1.0, linestyle="--")
-    effect = words(found.found[0].cause.signature.effect)
+    moment, effect = _moment_s(found.found[0]), words(found.found[0].cause.signature.effect)
+    if moment is not None:
+        axes.axvline(moment, color=REFERENCE, linewidth=1.0, linestyle="--")
+        effect += f" at {moment:.1f} s"
     channel = channel_of(found) + " in the air" * found.problem.drifts
     tidy(
-        axes, f"{channel}: {effect} at {_moment_s(found.found[0]):.1f} s",
+        axes, f"{channel}: {effect}",
         "time since the start (s)", f"mean of a {_parts(found)} ({unit})",
     )  # fmt: skip
     axes.margins(y=0.15)

@@ -169,7 +169,7 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
 def _odds_lines(found: Investigation) -> list[str]:
     """How probable each effect of a set of rivals is."""
     lines = []
-    for shares in (f.cause.probability for f in found.found if f.cause.rivals):
+    for shares in (f.cause.probability for f in found.found if f.cause.odds):
         likeliest = sorted(shares, key=shares.__getitem__, reverse=True)
         said = ", ".join(f"{words(name)} {_chance(shares[name])}" for name in likeliest)
         lines.append(

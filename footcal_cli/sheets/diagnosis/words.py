@@ -165,7 +165,10 @@ def gain_words(found: Investigation) -> str:
     if gain is None:
         return ""
     if found.once:
-        return "It happened once, so that no other part of the log can confirm it"
+        how = (
+            "happened once" if all(f.placed for f in found.found) else "goes on along the whole log"
+        )
+        return f"It {how}, so that no other part of the log can confirm it"
     value = gain.change.value
     better, blocks = better_blocks(gain), len(gain.per_block)
     of = f"{blocks} blocks"
