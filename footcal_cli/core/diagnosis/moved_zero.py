@@ -107,7 +107,7 @@ def _by_chance(time_s: np.ndarray, mean: np.ndarray) -> float:
     Of all orders of n values one rises throughout and one falls: no p is below 2 / n!.
     """
     n = time_s.size
-    ranks = [np.argsort(np.argsort(x)) for x in (time_s, mean)]
-    r = float(np.corrcoef(ranks)[0, 1])
+    ranks = np.stack([np.argsort(np.argsort(x)) for x in (time_s, mean)])
+    r = float(np.asarray(np.corrcoef(ranks))[0, 1])
     t = abs(r) * np.sqrt((n - 2) / max(1.0 - r * r, 1e-12))
     return max(2.0 * float(chances.t_sf(t, n - 2)), 2.0 / math.factorial(n))
