@@ -163,6 +163,8 @@ def _investigated(
     """One experiment read and investigated by itself."""
     from dataclasses import replace
 
+    from footcal_cli.core.bench_rows import UNEVEN
+    from footcal_cli.core.diagnosis.answer import Verdict
     from footcal_cli.core.diagnosis.investigation import investigate
     from footcal_cli.core.diagnosis.known_gain import with_known_gain
     from footcal_cli.core.diagnosis.moved_gain import with_moved_gain
@@ -185,6 +187,8 @@ def _investigated(
         )  # fmt: skip
         if found.odd is not None:
             read.findings.append(found.odd.finding)
+        if found.verdict is Verdict.NONE and any(f.code == UNEVEN for f in read.findings):
+            found = replace(found, verdict=Verdict.UNKNOWN)  # a cell unlike all others is no noise
         gains, seed = read.like_a_gain(table), session.request.seed
         again = with_known_gain(found, gains, describe, rules, seed, advance)
         again = with_moved_gain(again, read.gains(table), table, describe, rules, seed, advance)

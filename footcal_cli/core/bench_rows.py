@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 
@@ -16,6 +18,10 @@ TARED = 0.1
 """Residual with a second zero over the residual with one, below which the log was tared."""
 _TARED_SD, _TARED_ROWS = 20.0, 4
 
+UNEVEN = "uneven_scatter"
+_FEWEST_LOADS, _FEWEST_CELLS = 3, 3
+_SURELY_UNEVEN, _UNEVEN = 1e-6, 3.0
+"""By chance, and RMS error of a cell over that of all others, from which it is one of its own."""
 _ROWS_OF_A_HOLD = 20
 _OF_THE_RANGE = 0.25
 """How far a level lies from the lightest, of the farthest; how much that may scatter, of this."""
@@ -180,6 +186,53 @@ def check_held(load_n: FloatArray, counts: FloatArray, channel: str) -> list[Fin
             "weight lay there for a part of its rows",
             "keep the rows in which it lay still, or record all weights one after another in one "
             "log and say loads = \"0, …\" in [offline_fit.plateaus]",
+        )
+    ]  # fmt: skip
+
+
+def check_uneven(
+    load_n: FloatArray,
+    counts: FloatArray,
+    channel: FloatArray,
+    session: FloatArray,
+    names: Sequence[str],
+) -> list[Finding]:
+    """Find one cell that scatters about its line far more than all others of the bench.
+
+    Its mean square about the line of each session over that of the others: ``F(ν, ν')``. Of few
+    rows no model of a curve, a loop or a creep is sure; that something is there is.
+
+    Parameters
+    ----------
+    load_n, counts, channel, session
+        Of each row; channels by their number in `names`.
+    """
+    left, free = np.zeros(len(names)), np.zeros(len(names))
+    for c in range(len(names)):
+        for part in np.unique(session[channel == c]):
+            at = (channel == c) & (session == part) & np.isfinite(load_n) & np.isfinite(counts)
+            if np.unique(load_n[at]).size < _FEWEST_LOADS or not np.ptp(counts[at]) > 0.0:
+                continue
+            line = np.polynomial.Polynomial.fit(counts[at], load_n[at], 1)
+            left[c] += float(np.sum((load_n[at] - line(counts[at])) ** 2))
+            free[c] += at.sum() - 2
+    used = np.flatnonzero(free > 0.0)
+    if used.size < _FEWEST_CELLS:
+        return []
+    most = used[int(np.argmax(left[used] / free[used]))]
+    rest = used[used != most]
+    own = left[most] / free[most]
+    others = float(left[rest].sum() / free[rest].sum())
+    p = float(chances.f_sf(own / max(others, 1e-300), free[most], free[rest].sum())) * used.size
+    if p >= _SURELY_UNEVEN or own < _UNEVEN**2 * others:
+        return []
+    return [
+        Finding(
+            UNEVEN, "warning", names[most],
+            f"its readings lie {np.sqrt(own):.2g} N off its line (RMS), those of the other "
+            f"{rest.size} cells {np.sqrt(others):.2g} N",
+            "look at its curve, at loads going up and coming down, and at how long each one lay; "
+            "more rows will tell which effect it is",
         )
     ]  # fmt: skip
 

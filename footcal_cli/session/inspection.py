@@ -90,6 +90,7 @@ def weights_findings(
         found += units.check_units_of_sessions(name, load[at], counts[at], session[at])
         found += bench_rows.check_held(load[at], counts[at], str(name))
     which = np.array([names.index(name) for name in channel], dtype=np.float64)
+    found += bench_rows.check_uneven(load, counts, which, session, [str(n) for n in names])
     found += units.check_units_of_channels(which, load, counts, [str(name) for name in names])
     return found + quality.check_repeats_across_channels(
         {n: counts[channel == n] for n in names}, {n: load[channel == n] for n in names}

@@ -9,6 +9,7 @@ from footcal_cli.core.quality import Finding
 from footcal_cli.errors import DataError, FootcalError, UsageError
 from footcal_cli.recipe import Recipe
 from footcal_cli.records.results import ParametersRecord, ReadColumnRecord
+from footcal_cli.session.calibrated import unless_calibrated
 from footcal_cli.session.inspection import inspect, over_pieces
 from footcal_cli.session.request import Request
 from footcal_cli.session.saturated import FITS, without_saturated
@@ -31,10 +32,13 @@ class SessionLogs:
     ----------
     recipe
         How logs are read; empty where none was given.
+    parameters
+        The calibration to start from.
     """
 
     def __init__(self, request: Request, recipe: Recipe) -> None:
         self.recipe = recipe
+        self.parameters: ParametersRecord | None = None
         self.inputs: dict[str, str] = {}
         self.rows: dict[str, int] = {}
         self.read_as: dict[str, dict[str, ReadColumnRecord]] = {}
@@ -112,7 +116,7 @@ class SessionLogs:
         robot = self.recipe.robot
         read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
         self._keep(read)
-        self.note(inspect(read, table, robot))
+        self.note(unless_calibrated(inspect(read, table, robot), self.parameters))
         return self._usable(read, table)
 
     def read_beside(self, table: TableType, role: str) -> list[Table]:
@@ -209,7 +213,7 @@ class SessionLogs:
         rows, said = 0, []
         for piece in read_pieces(path, table, reading, gravity_mps2=robot.gravity_mps2):
             self._keep(piece, rows)
-            said.append(inspect(piece, table, robot))
+            said.append(unless_calibrated(inspect(piece, table, robot), self.parameters))
             rows += len(piece)
             yield piece
         self.note(over_pieces(said))

@@ -129,7 +129,6 @@ class Session(SessionLogs, Generic[Options]):
         claim(request.out)
         if (stack := claims.get()) is not None:
             stack.push(self._suspect)
-        self.parameters: ParametersRecord | None = None
         self.timings_s: dict[str, float] = {}
         if request.parameters is not None:
             self.parameters = self._calibration(request.parameters)

@@ -112,3 +112,36 @@ def test_a_weight_with_another_one_s_label_stops_the_diagnosis(run: Run, tmp_pat
     assert "reads what it reads at 9.8066 N" in answer.out + answer.err
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
     assert record.verdict == "bad-data"
+
+
+def test_two_recordings_of_a_cell_are_one_case(run: Run, tmp_path: Path) -> None:
+    """Each ladder in a file of its own; the second cell creeps, and the first does not."""
+    rng = np.random.default_rng(11)
+    load, tau_s, share = 9.80665 * np.repeat(KG, ROWS), 30.0, 0.02
+    crept, late = np.zeros(load.size), 0.0
+    for i, force in enumerate(load):
+        crept[i] = late
+        late += (force - late) * 0.25 / tau_s
+    for number in (1, 2):
+        noise = 0.01 * rng.normal(size=(load.size, 2))
+        felt = np.column_stack([load, load + share * crept]) + noise
+        rows = [
+            f"{t:.2f},{force / 9.80665:g},{2e5 + 3.5e4 * a:.0f},{1e5 + 3.1e4 * b:.0f}"
+            for t, force, (a, b) in zip(AT_S, load, felt, strict=True)
+        ]
+        names = "time_s,load_kg,toe_counts,heel_counts"
+        (tmp_path / f"run{number}.csv").write_text("\n".join([names, *rows]) + "\n")
+    (tmp_path / "r.toml").write_text(
+        '[robot]\nchannels = ["toe", "heel"]\n'
+        '[columns]\nload_n = { column = "load_kg", unit = "kg" }\n'
+        '[data]\nweights_stream = ["run1.csv", "run2.csv"]\n'
+    )
+    answer = run(
+        "diagnose", "--recipe", tmp_path / "r.toml", "--experiment", "weights", "--no-pictures",
+        "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert answer.exit_code == 0, answer.err
+    record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
+    (cause,) = record.causes
+    assert (cause.effect, cause.where) == ("creep", "heel")
+    assert cause.size == pytest.approx(share, rel=0.02)  # steps of 0.25 s here, exact there

@@ -107,6 +107,29 @@ def test_a_cell_that_cannot_be_right_is_bad_data_everywhere(
     assert (code, "left_rr") in findings(out)
 
 
+def test_a_cell_whose_calibration_falls_with_the_load_is_not_turned(
+    run: Run, tmp_path: Path, belief: Path
+) -> None:
+    """A bridge wired the other way round from the start, which its weights have shown."""
+    cells = pd.read_parquet(BIPED / "walk_004_cells.parquet")
+    counts = cells["left_rr_counts"].astype(float)
+    cells["left_rr_counts"] = 2 * counts.max() - counts
+    log = tmp_path / "walk.parquet"
+    cells.to_parquet(log)
+    record = json.loads(belief.read_text())
+    scale, bias = (record["parameters"][f"left_rr.{name}"] for name in ("scale", "bias"))
+    bias["value"] += 2 * counts.max() * scale["value"]
+    scale["value"] *= -1.0
+    known = tmp_path / "parameters.json"
+    known.write_text(json.dumps(record))
+    out = tmp_path / "out"
+    run("apply", log, "--recipe", RECIPE, "--parameters", known, "--out", out)
+    assert "turned_sign" not in {code for code, _ in findings(out)}
+    other = tmp_path / "other"
+    run("apply", log, "--recipe", RECIPE, "--parameters", belief, "--out", other)
+    assert ("turned_sign", "left_rr") in findings(other)
+
+
 def test_a_clean_walk_raises_nothing(run: Run, tmp_path: Path, belief: Path) -> None:
     out = tmp_path / "out"
     run(

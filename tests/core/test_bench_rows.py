@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from footcal_cli.core.bench_rows import check_stuck_reading, check_tare, pieces_by_pauses
+from footcal_cli.core.bench_rows import (
+    check_stuck_reading,
+    check_tare,
+    check_uneven,
+    pieces_by_pauses,
+)
+from footcal_cli.core.parameters import FloatArray
 
 LOAD = np.repeat([0.0, 5.0, 10.0, 20.0, 10.0, 5.0, 0.0], 8)
 
@@ -60,3 +67,27 @@ def test_three_days_without_a_name_are_three_sessions() -> None:
     assert pieces_by_pauses(morning).max() == 0
     assert pieces_by_pauses(np.linspace(0.0, 3e7, 300)).max() == 0
     assert pieces_by_pauses(np.full(9, np.nan)).max() == 0
+
+
+def bench_of(rng: np.random.Generator, loop_n: float, sd_n: FloatArray) -> list[str]:
+    """One ladder up and down on each of eight cells, the third of which lags by a loop."""
+    kg = np.array([0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 10.0, 5.0, 0.0])
+    back = np.array([0.0] * 6 + [1.0, 0.7, 0.3])
+    load = np.tile(9.81 * kg, 8)
+    felt = load + np.repeat(sd_n, kg.size) * rng.standard_normal(load.size)
+    felt += loop_n * np.tile(back, 8) * np.repeat(np.arange(8) == 2, kg.size)
+    found = check_uneven(
+        load, 8e4 + 210.0 * felt, np.repeat(np.arange(8.0), kg.size), np.zeros(load.size),
+        [f"cell_{c}" for c in range(8)],
+    )  # fmt: skip
+    return [finding.where for finding in found]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_cells_that_scatter_alike_or_nearly_are_no_finding(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    assert bench_of(rng, 0.0, 0.12 * rng.uniform(0.5, 1.6, 8)) == []
+
+
+def test_a_cell_with_a_loop_among_straight_ones_is_found() -> None:
+    assert bench_of(np.random.default_rng(3), 1.6, np.full(8, 0.12)) == ["cell_2"]

@@ -59,7 +59,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         tables = session.read_required(weights_table())
         findings = weights_findings(tables, session.recipe.robot, None)
         logs, timed = _row_logs(tables, plateau_options(_plateaus(session)))
-    channels = tuple(log.channels[0] for log in logs)
+    channels = tuple(dict.fromkeys(log.channels[0] for log in logs))
     chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
     values |= _affine_start(logs, values)
     largest = max(float(np.nanmax(np.abs(log.known["load_n"]))) for log in logs)

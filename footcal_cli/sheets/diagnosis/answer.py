@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from footcal_cli.core.bench_rows import UNEVEN
 from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.next_experiment import next_menu
@@ -120,6 +121,9 @@ def answer_of(
         Verdict.UNDERPOWERED: underpowered,
     }[kind]
     sentence, details = speak(found, untested)
+    uneven = [f for f in findings if f.code == UNEVEN]
+    if uneven and kind is Verdict.UNKNOWN:
+        sentence = f"{uneven[0].where} is unlike the other cells: {uneven[0].sentence}."
     actions = remedies(found) if kind in (Verdict.NAMED, Verdict.NAMED_UNKNOWN) else []
     tested = any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects)
     if experiment is not None and kind is Verdict.AMBIGUOUS:
