@@ -232,7 +232,7 @@ def check_uneven(
             f"its readings lie {np.sqrt(own):.2g} N off its line (RMS), those of the other "
             f"{rest.size} cells {np.sqrt(others):.2g} N",
             "look at its curve, at loads going up and coming down, and at how long each one lay; "
-            "more rows will tell which effect it is",
+            "more rows show which effect it is",
         )
     ]  # fmt: skip
 

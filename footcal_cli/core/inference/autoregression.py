@@ -23,6 +23,8 @@ MAX_LAGS = 30
 """Longest autoregression tried; what lasts longer has a slow part of its own."""
 _SAMPLES_PER_LAG = 10
 _ROUNDS = 3
+_RUNS_AWAY = 5.0
+"""Sd with a slow part over the sd without it, beyond which the two are not kept apart."""
 _PATIENCE = 8
 _MEMORIES = 12
 """Memories of the slow part that are tried, from a few of the longest lags to the record."""
@@ -222,7 +224,8 @@ def _with_slow_parts(
             gamma = (raw + _put_back(shares, fast, (variance, memory))) / count
             ar, left = _levinson(gamma - variance * memory**lag, int(count[0]))
             fast = ChannelNoise(ar, float(np.sqrt(max(left, 0.0))), float(np.sqrt(gamma[0])))
-        if not fast.innovation_sd > 0.0:
+        # lags that last as long as the slow part put back more in each round than in the one before
+        if not fast.innovation_sd > 0.0 or fast.sd > _RUNS_AWAY * channel.sd:
             found.append(channel)
             continue
         ratio = variance * ((1.0 - fast.ar.sum()) / fast.innovation_sd) ** 2

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.menu import Menu, Prospect, advice
@@ -83,9 +85,11 @@ def experiment_words(record: NextExperimentRecord | None) -> str:
         return record.words + times
     now = "" if record.cosine_now is None else f"{record.cosine_now:.3f} here, "
     minutes = f", about {record.minutes:.0f} min" if record.minutes else ""
+    # without some of the rivals, or by more runs, they part whatever they look like
+    parts = not record.without and record.cosine_after < (record.cosine_now or np.inf)
     likeness = (
-        "" if record.without  # one of them is out of the question then, whatever they look like
-        else f"; likeness of the rivals, 1 being identical: {now}{record.cosine_after:.3f} then"
+        f"; likeness of the rivals, 1 being identical: {now}{record.cosine_after:.3f} then"
+        if parts else ""
     )  # fmt: skip
     return f"{record.words}{times} (kind {options_of(record)}{minutes}{likeness})"
 
