@@ -62,3 +62,22 @@ def test_innovations_are_those_of_the_dense_covariance() -> None:
     expected = np.linalg.solve(np.linalg.cholesky(covariance), columns)
     np.testing.assert_allclose(noise.whitened(columns), expected, atol=1e-7)
     assert noise.samples_per_effective == pytest.approx((0.5 / 0.7) ** 2 * (1.0 + 0.8 * 19.0))
+
+
+@pytest.mark.parametrize("amplitude", [0.02, 0.05])
+def test_what_changes_with_the_sense_of_turning_is_no_noise_without_bounds(
+    amplitude: float,
+) -> None:
+    """Legs that turn there and back under a loop: what is left is no noise, and not endless."""
+    seconds = 0.05 * np.arange(1280)
+    phase = 2.0 * np.pi * (1.0 - np.abs(1.0 - seconds / 32.0))
+    z = np.stack([np.ones(1280), np.sin(phase), np.cos(phase)], axis=1)
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        left = []
+        for _ in range(4):
+            loop = amplitude * np.sin(phase) * np.where(seconds < 32.0, 1.0, -1.0)
+            shown = 0.01 * rng.normal(size=(1280, 6)) + np.outer(loop, rng.normal(size=6))
+            left.append(shown - z @ np.linalg.lstsq(z, shown, rcond=None)[0])
+        usual = float(np.std(np.concatenate(left), axis=0).max())
+        assert max(c.sd for c in fit_noise(left, [z] * 4)) < 10.0 * usual

@@ -24,7 +24,7 @@ MAX_LAGS = 30
 _SAMPLES_PER_LAG = 10
 _ROUNDS = 3
 _RUNS_AWAY = 5.0
-"""Sd with a slow part over the sd without it, beyond which the two are not kept apart."""
+"""Sd with what the fit took over the sd before, beyond which each round puts back more."""
 _PATIENCE = 8
 _MEMORIES = 12
 """Memories of the slow part that are tried, from a few of the longest lags to the record."""
@@ -180,7 +180,10 @@ def fit_noise(
     for raw, gamma, (ar, variance) in zip(products.T, white.T, first, strict=True):
         for _ in range(_ROUNDS if ar.size else 0):
             noise = ChannelNoise(ar, float(np.sqrt(variance)), 0.0)
-            gamma = (raw + _put_back(shares, noise)) / count
+            more = (raw + _put_back(shares, noise)) / count
+            if more[0] > _RUNS_AWAY**2 * raw[0] / count[0]:
+                break
+            gamma = more
             ar, variance = _levinson(gamma, total)
         channels.append(ChannelNoise(ar, float(np.sqrt(variance)), float(np.sqrt(gamma[0]))))
     if not coloured:
@@ -224,7 +227,7 @@ def _with_slow_parts(
             gamma = (raw + _put_back(shares, fast, (variance, memory))) / count
             ar, left = _levinson(gamma - variance * memory**lag, int(count[0]))
             fast = ChannelNoise(ar, float(np.sqrt(max(left, 0.0))), float(np.sqrt(gamma[0])))
-        # lags that last as long as the slow part put back more in each round than in the one before
+        # lags that last as long as the slow part are not kept apart from it
         if not fast.innovation_sd > 0.0 or fast.sd > _RUNS_AWAY * channel.sd:
             found.append(channel)
             continue
