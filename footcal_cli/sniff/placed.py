@@ -26,6 +26,8 @@ from footcal_cli.sniff.plan import (
     reading_entry,
     times,
 )
+from footcal_cli.sniff.said_weights import DASHES, says_nothing
+from footcal_cli.sniff.shared_weight import share_one_weight
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.sniff.which_cell import as_label, followers, named_alike, one_cell_moves
 
@@ -40,6 +42,11 @@ HOLES = Blank(
      "# the foot's origin, x forward, y left; or give init a sheet: hole,x_mm,y_mm"),
     "no log says where the holes are",
 )  # fmt: skip
+
+WEIGHT = Blank(
+    ('# in [columns]: each "?" of load_n becomes what was put on the holes, in kg',),
+    "no log says what the weight on the holes weighs",
+)
 
 
 def at_holes(
@@ -78,14 +85,74 @@ def at_holes(
     return replace(plan, blanks=(HOLES, *plan.blanks))
 
 
+def by_one_weight(
+    file: FileGuess, holes: Mapping[str, ColumnGuess], cells: Sequence[ColumnGuess]
+) -> LogPlan | None:
+    """The plan for one weight on holes of a foot, which no column weighs; None where it is none.
+
+    A column is called a hole, or places stand in the log, and the cells share one weight.
+
+    Parameters
+    ----------
+    holes
+        Columns of the holes' x and y; empty without.
+    cells
+        The readings of all cells.
+    """
+    read = [numbers_of(c) for c in cells]
+    if any(r.size != file.rows for r in read):
+        return None
+    empty: set[str] = set()
+    if {"x", "y"} <= set(holes):
+        hole_m = np.stack([numbers_of(holes[a]) for a in "xy"], axis=1)
+        codes = np.unique(hole_m, axis=0, return_inverse=True)[1].ravel()
+        points = [c for c in file.of("placement", "sequence") if _one_place_each(c, hole_m)]
+        point = points[0] if points else None
+        places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
+        asked: tuple[Blank, ...] = ()
+    else:
+        labels = [label for c in file.of("placement") if (label := as_label(c)) is not None]
+        if not labels:
+            return None
+        point = next(c for c in file.columns if c.column == labels[0].column)
+        words = sorted(labels[0].words, key=lambda word: (len(word), word))
+        empty = {word for word in words if word in DASHES or says_nothing(word)}
+        codes = codes_of(labels[0])
+        codes = np.where(np.isin(codes, [labels[0].words.index(w) for w in empty]), -1, codes)
+        names = {word: "0" if word in empty else ASKED for word in words}
+        entry = Entry(point, "mm", names=names, sure="guess", why=HOLES.why)
+        places, asked = {f"hole_{a}_m": entry for a in "xy"}, (HOLES,)
+    if not share_one_weight(read, codes):
+        return None
+    put = Entry(value=ASKED, unit="kg", sure="guess", why=WEIGHT.why)
+    if empty and point is not None:
+        names = {word: "0" if word in empty else ASKED for word in places["hole_x_m"].names}
+        put = Entry(point, "kg", names=names, sure="guess", why=WEIGHT.why)
+    plan = _with_load(file, point, places, put, cells)
+    return replace(
+        plan, why="holes, and readings that share one weight", blanks=(WEIGHT, *asked, *plan.blanks)
+    )
+
+
 def _plan(
     file: FileGuess, point: ColumnGuess | None, places: Mapping[str, Entry], load: ColumnGuess,
     cells: Sequence[ColumnGuess],
 ) -> LogPlan:  # fmt: skip
+    put, asked = load_entry(load)
+    plan = _with_load(file, point, places, put, cells)
+    return replace(plan, blanks=(*asked, *plan.blanks))
+
+
+def _with_load(
+    file: FileGuess, point: ColumnGuess | None, places: Mapping[str, Entry], put: Entry,
+    cells: Sequence[ColumnGuess],
+) -> LogPlan:  # fmt: skip
     named = {_as_written(name, c): c for name, c in channel_names(cells).items()}
     labels = [c for c in file.of("label") if c.words and (not point or c.column != point.column)]
-    repeats = [c for c in file.of("repeat") if c.values is not None and c is not point]
-    put, asked = load_entry(load)
+    repeats = [
+        c for c in file.of("repeat")
+        if c.values is not None and c is not point and np.unique(c.values).size < file.rows
+    ]  # fmt: skip
     entries = {
         "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
         "placement": of(point) if point else Entry(value="point", why="no name of the points"),
@@ -101,7 +168,7 @@ def _plan(
     return LogPlan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
         "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
-        blanks=(*asked, Blank(lines, WHERE), WEIGHTS),
+        blanks=(Blank(lines, WHERE), WEIGHTS),
     )  # fmt: skip
 
 
