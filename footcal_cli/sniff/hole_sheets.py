@@ -1,6 +1,6 @@
 """A sheet that says where the holes of placements are: a name or number, x and y in each row.
 
-Room: sniff; asked by several.
+Room: sniff; asked by several and placed_files.
 """
 
 from __future__ import annotations
@@ -27,21 +27,22 @@ def with_holes(
     """Placements whose holes a sheet places (a name, x and y in each row), and the logs left."""
     left, made = [], list(parts)
     for sheet in others:
-        filled = [replace(part, plan=_filled(part.plan, sheet)) for part in made]
+        filled = [replace(part, plan=with_sheet(part.plan, sheet)) for part in made]
         if all(new.plan is old.plan for new, old in zip(filled, made, strict=True)):
             left.append(sheet)
         made = filled
     return made, left
 
 
-def _filled(plan: LogPlan, sheet: FileGuess) -> LogPlan:
+def with_sheet(plan: LogPlan, sheet: FileGuess) -> LogPlan:
+    """Placements whose holes one sheet places; the plan as it is where it does not say them all."""
     asked = plan.entries.get("hole_x_m")
     if plan.role != "placements" or asked is None or ASKED not in asked.names.values():
         return plan
     wanted = {word for word, place in asked.names.items() if place == ASKED}
-    columns = {axis: _along(sheet, axis) for axis in "xy"}
+    columns = {axis: along(sheet, axis) for axis in "xy"}
     for named in sheet.columns:
-        rows = {text: at for at, text in enumerate(_texts(named))}
+        rows = {text: at for at, text in enumerate(texts_of(named))}
         if not wanted <= set(rows) or len(rows) < sheet.rows:
             continue
         entries = dict(plan.entries)
@@ -59,7 +60,15 @@ def _filled(plan: LogPlan, sheet: FileGuess) -> LogPlan:
     return plan
 
 
-def _along(sheet: FileGuess, axis: str) -> ColumnGuess | None:
+def called_in(sheet: FileGuess) -> list[set[str]]:
+    """What the rows of a sheet of places are called, by each column that may say it."""
+    if any(along(sheet, axis) is None for axis in "xy"):
+        return []
+    named = [texts_of(c) for c in sheet.columns]
+    return [{*texts} for texts in named if len({*texts} - {""}) == sheet.rows]
+
+
+def along(sheet: FileGuess, axis: str) -> ColumnGuess | None:
     """The one column of a sheet that is a length along an axis; None without."""
     found = [
         c for c in sheet.columns
@@ -69,7 +78,7 @@ def _along(sheet: FileGuess, axis: str) -> ColumnGuess | None:
     return found[0] if len(found) == 1 else None
 
 
-def _texts(column: ColumnGuess) -> list[str]:
+def texts_of(column: ColumnGuess) -> list[str]:
     """Names or whole numbers of a sheet's rows, as they stand in a log; empty for other numbers."""
     if column.codes is not None:
         return [column.words[i] if i >= 0 else "" for i in column.codes]
