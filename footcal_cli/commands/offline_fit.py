@@ -106,7 +106,7 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
 
     from footcal_cli.core.plausibility import check_shares
     from footcal_cli.errors import UsageError, nearest
-    from footcal_cli.intake.bench import read_feet, study_foot
+    from footcal_cli.intake.placed_weights import read_feet, study_foot
 
     calibration = {} if session.parameters is None else session.parameters.calibrated_cells
     for one in channels:

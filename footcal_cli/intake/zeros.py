@@ -1,8 +1,8 @@
 r"""Zeros of the cells from a log of the robot in the air, in the place of a calibration's.
 
-Room: intake; asked by recordings, long_walks, cases and offline_fit. A cell that carries nothing reads :math:`r_0`:
-with its scale :math:`c` (N/count) its bias is :math:`d = -c r_0` (N), whatever it was on a bench,
-where no sole hung on it. Scales stay as they are.
+Room: intake; asked by recordings, long_walks, cases and offline_fit. A cell that carries nothing
+reads :math:`r_0`: with its scale :math:`c` (N/count) its bias is :math:`d = -c r_0` (N), whatever
+it was on a bench, where no sole or plate hung on it. Scales stay as they are.
 """
 
 from __future__ import annotations

@@ -38,7 +38,8 @@ def with_lifted(
         return list(parts), list(others)
     made = [
         replace(part, plan=zeros)
-        if part.plan.role == "cells" and (zeros := _zeros(part.plan.file, standing[0])) else part
+        if part.plan.role == "cells" and (zeros := _zeros(part.plan.file, standing[0]))
+        else part
         for part in parts
     ]
     left = []
@@ -63,8 +64,8 @@ def _spoken(file: FileGuess) -> bool:
 
 def _idle(empty: ColumnGuess, loaded: ColumnGuess) -> bool:
     """Whether a cell carries nothing in one log, by how far it moves in another."""
-    return bool(np.nanmax(numbers_of(empty)) - np.nanmin(numbers_of(empty))
-                < _IDLE * (np.nanmax(numbers_of(loaded)) - np.nanmin(numbers_of(loaded))))  # fmt: skip
+    spans = [float(np.nanmax(v) - np.nanmin(v)) for v in map(numbers_of, (empty, loaded))]
+    return spans[0] < _IDLE * spans[1]
 
 
 def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:

@@ -19,14 +19,12 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import called_in, with_sheet
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Entry, LogPlan
+from footcal_cli.sniff.plan import Entry
 from footcal_cli.sniff.shared_weight import LEAST_CELLS, LEAST_PLACES
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import known_unit
 
-_SAID = re.compile(
-    r"^[\W_]*(?P<key>[^\W\d][^;:=\t,\n]*?)\s*[;:=\t,]\s*(?P<text>\S.*?)[\s\"';,]*$"
-)
+_SAID = re.compile(r"^[\W_]*(?P<key>[^\W\d][^;:=\t,\n]*?)\s*[;:=\t,]\s*(?P<text>\S.*?)[\s\"';,]*$")
 """``# foro;A3``, ``Bohrung: B2``, ``"hole","C1"``: a line above a table that says one thing."""
 _QUOTES = "\"' \t"
 _UNIT_SAID = re.compile(r"(?i)unit[sàaé]?|unidade?s?|einheit(?:en)?|enhet|eenheid")

@@ -90,9 +90,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         joined = _two(alike[0][0], alike[1][0])
         if joined:
             return joined, []
-    for group, rest in (
-        permutations(alike, 2) if len(alike) == 2 and not placed_apart else ()
-    ):
+    for group, rest in permutations(alike, 2) if len(alike) == 2 and not placed_apart else ():
         if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
             return [made], []
         if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):
