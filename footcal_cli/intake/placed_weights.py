@@ -19,7 +19,7 @@ from footcal_cli.core.bench.placement_rows import (
     filmed_visits,
     holes_of,
 )
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions
@@ -52,6 +52,13 @@ class PlacementLog:
     before: PlacementRows | None = None
 
 
+def placed(session: Session[Any]) -> list[Table]:
+    """Logs of a weight on the holes of feet; empty without."""
+    feet = session.recipe.robot.feet.values()
+    cells = next((tuple(foot.cells) for foot in feet if foot.cells), ())
+    return session.read(placements_table(cells)) if cells else []
+
+
 def read_feet(
     session: Session[OfflineFitOptions], calibration: dict[str, tuple[float, float]]
 ) -> tuple[dict[str, PlacementLog], dict[str, PlacementLog]]:
@@ -61,7 +68,7 @@ def read_feet(
     cells = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
     if cells:
         table = placements_table(cells)
-        if tables := session.read(table):
+        if tables := placed(session):
             logs = read_placements(tables, robot, calibration, least)
         held = [] if session.request.logs else session.read(table, "placements_held_out")
         if held:
@@ -69,6 +76,26 @@ def read_feet(
     if tables := session.read(cop_points_table()):
         logs["instrument"] = read_cop_points(tables)
     return logs, apart
+
+
+def by_nameplate(robot: Robot) -> list[Estimates]:
+    """Scale and bias of each cell as ``[robot.nameplate]`` has them; empty where it has none.
+
+    Cells that were calibrated by their maker, and then put under a plate, know no other weights.
+    """
+    plate = robot.nameplate
+    if plate.scale_n_per_count is None:
+        return []
+    scale = plate.scale_n_per_count
+    sd = np.array([abs(scale) * plate.scale_relative_sd, plate.bias_sd_n])
+    return [
+        Estimates(
+            (f"{cell}.scale", f"{cell}.bias"), ("N/count", "N"),
+            np.array([scale, -scale * plate.zero_counts]), np.diag(sd**2),
+            (Status.PRIOR_KEPT,) * 2,
+        )
+        for cell in robot.cell_names
+    ]  # fmt: skip
 
 
 def read_placements(
@@ -108,7 +135,8 @@ def read_placements(
         if missing:
             raise UsageError(
                 f"placements need calibrated cells; '{missing[0]}' has no scale and bias",
-                remedy="give its weights too, or an earlier calibration with --parameters",
+                remedy="give its weights too, an earlier calibration with --parameters, or "
+                "scale_n_per_count in [robot.nameplate] where its maker calibrated it",
             )
         columns = [f"{cell}_counts" for cell in cells]
         counts = np.concatenate([table.numbers(columns) for table in tables])[at]

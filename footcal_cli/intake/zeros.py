@@ -14,8 +14,9 @@ import numpy as np
 
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
+from footcal_cli.intake.placed_weights import placed
 from footcal_cli.records.results import CovarianceBlock, ParametersRecord
-from footcal_cli.tables.columns import placements_table, zeros_table
+from footcal_cli.tables.columns import zeros_table
 from footcal_cli.tables.logfiles import digest
 
 if TYPE_CHECKING:
@@ -84,8 +85,7 @@ def at_zeros(
     Without a bench the calibration of ``--parameters`` gets them.
     """
     paths = session.recipe.data_paths("zeros")
-    cells = next((tuple(f.cells) for f in session.recipe.robot.feet.values() if f.cells), ())
-    if not paths or not cells or not session.read(placements_table(cells)):
+    if not paths or not placed(session):
         return list(estimates)
     if not estimates:
         if session.parameters is not None:

@@ -16,6 +16,7 @@ from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.cells import WEIGHTS, WHERE
 from footcal_cli.sniff.groups import channel_names, slug
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
+from footcal_cli.sniff.names import without_side
 from footcal_cli.sniff.plan import (
     NOT_SAID,
     Blank,
@@ -147,14 +148,16 @@ def _with_load(
     file: FileGuess, point: ColumnGuess | None, places: Mapping[str, Entry], put: Entry,
     cells: Sequence[ColumnGuess],
 ) -> LogPlan:  # fmt: skip
-    named = {_as_written(name, c): c for name, c in channel_names(cells).items()}
+    sides = {c.name.side for c in cells}
+    side = sides.pop() if len(sides) == 1 else ""
+    named = {_within(_as_written(name, c), side): c for name, c in channel_names(cells).items()}
     labels = [c for c in file.of("label") if c.words and (not point or c.column != point.column)]
     repeats = [
         c for c in file.of("repeat")
         if c.values is not None and c is not point and np.unique(c.values).size < file.rows
     ]  # fmt: skip
     entries = {
-        "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
+        "foot": of(labels[0]) if labels else Entry(value=side or "foot", why="one foot"),
         "placement": of(point) if point else Entry(value="point", why="no name of the points"),
         **places,
         "load_n": put,
@@ -162,7 +165,7 @@ def _with_load(
         **times(file, needed=False)[0],
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
-    foot = labels[0].words[0] if labels else "foot"
+    foot = labels[0].words[0] if labels else side or "foot"
     lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",
              *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
     return LogPlan(
@@ -177,6 +180,12 @@ def _as_written(name: str, cell: ColumnGuess) -> str:
     stem = slug(split_unit(cell.column)[0])
     number = name.removeprefix("cell_").isdigit() or name.replace("_", "") == stem
     return stem if number else name
+
+
+def _within(name: str, side: str) -> str:
+    """A cell's name within the one foot that all cells are of."""
+    plain = without_side(name, side).removeprefix("foot_") if side else name
+    return plain or name
 
 
 def _one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:

@@ -23,6 +23,7 @@ from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files, posed_files
 from footcal_cli.sniff.placed_files import placed_files
+from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
@@ -81,6 +82,8 @@ def _turned_round(plan: LogPlan) -> LogPlan:
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     placed_apart, files = placed_files(files)
+    indexed, files = indexed_placements(files)
+    placed_apart += indexed
     groups: dict[object, list[FileGuess]] = {}
     for file in files:
         names = tuple(c.column for c in file.columns)
