@@ -36,7 +36,7 @@ def indexed_placements(files: Sequence[FileGuess]) -> tuple[list[Part], list[Fil
         if log.of("load", "hole", "com"):
             continue
         for sheet in files:
-            if sheet is log or not sheet.of("time") or readings(sheet) == cells:
+            if sheet is log or not sheet.of("time"):
                 continue
             if sheet.rows < LEAST_PLACES or sheet.rows * _FEWER > log.rows:
                 continue
