@@ -46,7 +46,7 @@ _ABOVE_M, _BESIDE = 0.05, 1.0
 """How far the CoM lies above each foot, and off their middle at most: shares of its height."""
 _FOLLOWS, _FREE_MPS2, _SAME_STEPS = 0.9, 2.0, 0.9
 _CENTRED = 0.5
-_CLEARLY = 0.7
+_CLEARLY, _PIECES = 0.7, 20
 """What of a heading in degrees is across the feet, of what is in radians: straight on, both are."""
 _ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "g0": 1 / 9.80665}
 _SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2}
