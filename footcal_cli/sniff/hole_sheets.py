@@ -11,11 +11,14 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.groups import readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.placed import ASKED, HOLES
 from footcal_cli.sniff.plan import LogPlan
+from footcal_cli.sniff.shared_weight import LEAST_CELLS, LEAST_PLACES, loaded_places
 from footcal_cli.sniff.units import LENGTHS, split_unit
+from footcal_cli.sniff.which_cell import as_label
 
 _LARGEST_FOOT_M = 0.5
 """Places without a unit that lie further out are in mm."""
@@ -32,6 +35,28 @@ def with_holes(
             left.append(sheet)
         made = filled
     return made, left
+
+
+def with_holes_named(files: Sequence[FileGuess]) -> list[FileGuess]:
+    """Logs of several cells in which a column says holes by the names that a sheet gives them."""
+    sheets = [file for file in files if called_in(file)]
+    return [_holes_named(file, [s for s in sheets if s is not file]) for file in files]
+
+
+def _holes_named(file: FileGuess, sheets: Sequence[FileGuess]) -> FileGuess:
+    if not sheets or file.of("placement", "com") or len(readings(file)) < LEAST_CELLS:
+        return file
+    known = [words for sheet in sheets for words in called_in(sheet)]
+    for column in file.columns:
+        named = column.quantity in ("label", "unknown", "other", "position", "sequence")
+        label = as_label(column) if named else None
+        if label is None or len(label.words) < LEAST_PLACES:
+            continue
+        said = {w for w in label.words if w not in loaded_places(label)[1]}
+        if any(said <= words for words in known):
+            hole = column.as_quantity("placement", "likely", "holes of a sheet beside it")
+            return replace(file, columns=tuple(hole if c is column else c for c in file.columns))
+    return file
 
 
 def with_sheet(plan: LogPlan, sheet: FileGuess) -> LogPlan:

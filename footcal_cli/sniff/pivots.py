@@ -12,9 +12,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.sniff.guesses import ColumnGuess, codes_of
+from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.shared_weight import share_one_weight
+from footcal_cli.sniff.shared_weight import loaded_places, share_one_weight
 from footcal_cli.tables.pivot import labels_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Pivot
@@ -60,7 +60,7 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     if axes >= _AXES and (not feet or any(c.quantity in _ATTITUDES for c in columns)):
         return None
     cells = [c.values for c in measured if c.values is not None and c.name.axis in ("", "fz")]
-    if not feet and any(share_one_weight(cells, codes_of(c)) for c in named):
+    if not feet and any(share_one_weight(cells, loaded_places(c)[0]) for c in named):
         return None  # a weight on the holes of a plate: each row is a sample
     by = tuple(c.column for c in named)
     words = labels_of([raw[name] for name in by])

@@ -27,8 +27,7 @@ from footcal_cli.sniff.plan import (
     reading_entry,
     times,
 )
-from footcal_cli.sniff.said_weights import DASHES, says_nothing
-from footcal_cli.sniff.shared_weight import share_one_weight
+from footcal_cli.sniff.shared_weight import loaded_places, share_one_weight
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.sniff.which_cell import as_label, followers, named_alike, one_cell_moves
 
@@ -117,9 +116,7 @@ def by_one_weight(
             return None
         point = next(c for c in file.columns if c.column == labels[0].column)
         words = sorted(labels[0].words, key=lambda word: (len(word), word))
-        empty = {word for word in words if word in DASHES or says_nothing(word)}
-        codes = codes_of(labels[0])
-        codes = np.where(np.isin(codes, [labels[0].words.index(w) for w in empty]), -1, codes)
+        codes, empty = loaded_places(labels[0])
         names = {word: "0" if word in empty else ASKED for word in words}
         entry = Entry(point, "mm", names=names, sure="guess", why=HOLES.why)
         places, asked = {f"hole_{a}_m": entry for a in "xy"}, (HOLES,)

@@ -17,7 +17,7 @@ from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.hole_sheets import with_holes
+from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
 from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
@@ -81,7 +81,7 @@ def _turned_round(plan: LogPlan) -> LogPlan:
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
-    placed_apart, files = placed_files(files)
+    placed_apart, files = placed_files(with_holes_named(files))
     indexed, files = indexed_placements(files)
     placed_apart += indexed
     groups: dict[object, list[FileGuess]] = {}

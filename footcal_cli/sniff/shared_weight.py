@@ -15,6 +15,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.sniff.guesses import ColumnGuess, codes_of
+from footcal_cli.sniff.said_weights import DASHES, says_nothing
 
 LEAST_CELLS, LEAST_PLACES = 3, 3
 """So many cells share a weight, on so many places."""
@@ -22,6 +24,14 @@ _TOGETHER, _BY_PLACE = 0.05, 0.95
 """Variance of the weighted sum as a share of what its parts have alone; and what the places
 explain of each reading's variance at least, where they come again."""
 _ALIKE = (0.5, 2.0)
+
+
+def loaded_places(label: ColumnGuess) -> tuple[IntArray, set[str]]:
+    """Which place each row is of, −1 where a word says that nothing lay there; and these words."""
+    empty = {word for word in label.words if word in DASHES or says_nothing(word)}
+    none = [at for at, word in enumerate(label.words) if word in empty]
+    codes = codes_of(label)
+    return np.where(np.isin(codes, none), -1, codes), empty
 
 
 def share_one_weight(readings: Sequence[FloatArray], places: IntArray) -> bool:
