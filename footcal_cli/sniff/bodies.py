@@ -119,6 +119,8 @@ def body_of(file: FileGuess) -> BodyLog | None:
     spare = [m for m in others if m.axes.columns["x"].column not in used]
     if (rate := _momentum_rate(com, spare)) is not None:
         roles["rate"] = rate
+    placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
+    turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
     frames = _frames(feet, turned)
     line = feet[1].values - feet[0].values
     across = np.interp(seconds, at, np.unwrap(np.arctan2(line[:, 1], line[:, 0])))

@@ -18,6 +18,7 @@ from footcal_cli.sniff.shared_weight import loaded_places, share_one_weight
 from footcal_cli.tables.pivot import labels_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Pivot
+from footcal_cli.tables.units import TIMES
 
 _MOST = 25
 _TAKE_TURNS = 0.5
@@ -50,7 +51,10 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     ]  # fmt: skip
     named = [c for c in named if c.codes is not None and np.all(c.codes >= 0)]
     placed = any(map(_are_places, named))
-    measured = [c for c in columns if c.quantity in _MEASURED and c.values is not None]
+    measured = [
+        c for c in columns
+        if c.quantity in _MEASURED and c.values is not None and c.unit not in TIMES
+    ]  # fmt: skip
     loaded = any(c.quantity == "load" and c.values is not None for c in columns)
     if not named or not measured or (loaded and not any(map(_tell_loads, named))):
         return None

@@ -102,18 +102,24 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
             key = column.column[: word.start()], column.column[word.end() :]
             found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
     made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
+    names = {column.column for column in columns}
     for axes in axes_of(columns):
-        if _TURNS.search(axes.before) and "w" not in axes.columns and _at_most_a_turn(axes):
-            own = dict(zip(ROLL_PITCH_YAW, (axes.columns[a] for a in "xyz"), strict=True))
-            made.append(Axes(axes.before, axes.after, own))
+        word = _TURNS.search(axes.before)
+        if word is None or "w" in axes.columns or not _at_most_a_turn(axes):
+            continue
+        left = axes.before[: word.start(1)] + "l" + axes.before[word.end(1) :]
+        if word[1].lower() == "r" and any(name.lower().startswith(left.lower()) for name in names):
+            continue  # what is called l and r is left and right
+        own = dict(zip(ROLL_PITCH_YAW, (axes.columns[a] for a in "xyz"), strict=True))
+        made.append(Axes(axes.before, axes.after, own))
     return made
 
 
 def _at_most_a_turn(axes: Axes) -> bool:
-    """Whether three numbers are no more than a turn, in rad or, by their unit, in degrees."""
+    """Whether three numbers are no more than a turn, in rad by their unit, else in degrees."""
     unit = axes.columns["x"].unit
     most = float(np.nanmax(np.abs(axes.values("xyz")), initial=0.0))
-    return unit in (None, "rad", "deg") and most <= (360.0 if unit == "deg" else 2.0 * np.pi)
+    return unit in (None, "rad", "deg") and most <= (2.0 * np.pi if unit == "rad" else 360.0)
 
 
 def rotations(axes: Axes, unit: str = "rad") -> FloatArray:
