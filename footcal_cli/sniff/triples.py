@@ -19,7 +19,7 @@ from footcal_cli.sniff.vocabulary import ANGLES
 _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
 _NUMBER = re.compile(r"([0-3])(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
-_TURNS = re.compile(r"(?i)(?:^|[\W_])(?:r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
+_TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
 _UNIT_NORM = 0.02
 ROLL_PITCH_YAW = ("roll", "pitch", "yaw")
 
