@@ -54,7 +54,7 @@ def _holes_named(file: FileGuess, sheets: Sequence[FileGuess]) -> FileGuess:
             continue
         said = {w for w in label.words if w not in loaded_places(label)[1]}
         if any(said <= words for words in known):
-            hole = column.as_quantity("placement", "likely", "holes of a sheet beside it")
+            hole = column.as_quantity("placement", "likely", "holes of a sheet next to it")
             return replace(file, columns=tuple(hole if c is column else c for c in file.columns))
     return file
 
