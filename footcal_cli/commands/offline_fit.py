@@ -29,6 +29,8 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
     from footcal_cli.core.bench.pooled import with_common_noise
     from footcal_cli.core.plausibility import check_scale
     from footcal_cli.intake.bench import read_weights, studies_of, study_together
+    from footcal_cli.intake.placed_weights import by_nameplate, placed
+    from footcal_cli.intake.zeros import at_zeros
     from footcal_cli.session.bench_calibration import bench_calibration
     from footcal_cli.session.calibration import counted_together
     from footcal_cli.sheets import bench, cop, matrix
@@ -41,6 +43,9 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
         together = study_together(session)
         alone = [study.estimates for study in studies]
         estimates = counted_together(session, alone) if alone else []
+        if not estimates and together is None and session.parameters is None and placed(session):
+            estimates = by_nameplate(robot)
+        estimates = at_zeros(session, estimates, robot.cell_names)
         feet = _feet(session, estimates)
     parts: dict[str, Outcome] = {}  # placements are what weights are for: they come first
     if feet:
@@ -104,7 +109,7 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
 
     from footcal_cli.core.plausibility import check_shares
     from footcal_cli.errors import UsageError, nearest
-    from footcal_cli.intake.bench import read_feet, study_foot
+    from footcal_cli.intake.placed_weights import read_feet, study_foot
 
     calibration = {} if session.parameters is None else session.parameters.calibrated_cells
     for one in channels:

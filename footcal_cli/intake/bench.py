@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from footcal_cli.core.bench.cop_study import FootStudy, study_cop
 from footcal_cli.core.bench.matrix import MatrixStudy, study_matrix
-from footcal_cli.core.bench.placement_rows import PlacementRows, condense_points, holes_of
 from footcal_cli.core.bench.plateaus import PlateauOptions
 from footcal_cli.core.bench.record import BenchRecord, record_of
 from footcal_cli.core.bench.study import Asked, ChannelStudy, study_rows, study_samples
 from footcal_cli.core.bench_rows import pieces_by_pauses
 from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.readings import find_end_codes
 from footcal_cli.core.signals import goes_on
-from footcal_cli.errors import UsageError, nearest
-from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions, PlateauSettings
 from footcal_cli.tables.columns import (
     AXIS_COLUMNS,
-    cop_points_table,
-    placements_table,
     weights_stream_table,
     weights_table,
     weights_together_table,
@@ -37,9 +30,6 @@ from footcal_cli.tables.table import Table
 
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
-
-FRAMES_OF_A_POINT = 50
-"""With more rows than this per point they are frames of a recording, condensed to medians."""
 
 
 @dataclass(frozen=True)
@@ -194,25 +184,6 @@ def _joined(parts: Sequence[Any]) -> Any:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-@dataclass(frozen=True)
-class PlacementLog:
-    """The placements of one foot.
-
-    Parameters
-    ----------
-    rows
-        With calibrated cell forces.
-    names
-        Name of the placement of every row, shape (n,).
-    before
-        The same rows with nominal forces, None where no nameplate scale is known.
-    """
-
-    rows: PlacementRows
-    names: Any
-    before: PlacementRows | None = None
-
-
 def study_together(
     session: Session[OfflineFitOptions],
 ) -> tuple[tuple[str, ...], MatrixStudy] | None:
@@ -273,128 +244,3 @@ def rows_together(session: Session[Any], *, known_wrench: bool) -> RowsTogether 
         tuple(channels), readings, outputs, units, loads, sessions_of(tables),
         case.reshape(-1).astype(np.int64),
     )  # fmt: skip
-
-
-def read_feet(
-    session: Session[OfflineFitOptions], calibration: dict[str, tuple[float, float]]
-) -> tuple[dict[str, PlacementLog], dict[str, PlacementLog]]:
-    """Placements of every foot and of an instrument, and of feet those to keep apart."""
-    robot, least = session.recipe.robot, session.options.min_force_n
-    logs, apart = {}, {}
-    cells = next((tuple(foot.cells) for foot in robot.feet.values() if foot.cells), ())
-    if cells:
-        table = placements_table(cells)
-        if tables := session.read(table):
-            logs = read_placements(tables, robot, calibration, least)
-        held = [] if session.request.logs else session.read(table, "placements_held_out")
-        if held:
-            apart = read_placements(held, robot, calibration, least)
-    if tables := session.read(cop_points_table()):
-        logs["instrument"] = read_cop_points(tables)
-    return logs, apart
-
-
-def read_placements(
-    tables: Sequence[Table],
-    robot: Robot,
-    calibration: dict[str, tuple[float, float]],
-    min_force_n: float,
-) -> dict[str, PlacementLog]:
-    """Forces and holes of every foot in the logs.
-
-    Parameters
-    ----------
-    robot
-        Feet with their cells' positions; the nameplate for the forces before calibration.
-    calibration
-        Channel -> scale (N/count) and bias (N).
-    min_force_n
-        Below this total force there is no CoP.
-
-    Raises
-    ------
-    UsageError
-        A foot the recipe does not have, or a cell without a calibration.
-    """
-    found: dict[str, PlacementLog] = {}
-    foot_of_row = np.concatenate([table.text("foot") for table in tables])
-    for foot in dict.fromkeys(foot_of_row):
-        if foot not in robot.feet:
-            raise UsageError(
-                f"the recipe has no foot '{foot}'{nearest(str(foot), robot.feet)}",
-                file=tables[0].path, column="foot", remedy="describe it under [robot.feet]",
-            )  # fmt: skip
-        at = foot_of_row == foot
-        cells = tuple(robot.feet[foot].cells)
-        channels = tuple(f"{foot}_{cell}" for cell in cells)
-        missing = [channel for channel in channels if channel not in calibration]
-        if missing:
-            raise UsageError(
-                f"placements need calibrated cells; '{missing[0]}' has no scale and bias",
-                remedy="give its weights too, or an earlier calibration with --parameters",
-            )
-        columns = [f"{cell}_counts" for cell in cells]
-        counts = np.concatenate([table.numbers(columns) for table in tables])[at]
-        scale, bias = np.array([calibration[channel] for channel in channels]).T
-        position = np.array([[c.x_m, c.y_m] for c in robot.feet[foot].cells.values()])
-        hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])[at]
-
-        load = np.concatenate([table.number("load_n") for table in tables])[at]
-        nominal, zero = robot.nameplate.scale_n_per_count, float(np.median(-bias / scale))
-        rows = PlacementRows(
-            cells=channels,
-            forces_n=counts * scale + bias,
-            cell_pos_m=position,
-            hole_m=hole,
-            load_n=load,
-            placement=holes_of(hole),
-            min_force_n=min_force_n,
-        )
-        # nameplate scale, common zero: what a foot reads before anyone calibrates it
-        before = None if nominal is None else replace(rows, forces_n=nominal * (counts - zero))
-        names = np.concatenate([table.text("placement") for table in tables])[at]
-        found[str(foot)] = PlacementLog(rows, _named_by_place(names.astype(str), hole), before)
-    return found
-
-
-def _named_by_place(names: NDArray[np.str_], hole: FloatArray) -> NDArray[np.str_]:
-    """Names of points (n,), by their places (n, 2) where all bear one name."""
-    place = holes_of(hole)
-    several = 1 < len(np.unique(place)) <= len(place) / 2
-    if len(set(names.tolist())) > 1 or not several:
-        return names
-    return np.array([f"{1e3 * x:.1f}, {1e3 * y:.1f} mm" for x, y in hole])
-
-
-def read_cop_points(tables: Sequence[Table]) -> PlacementLog:
-    """Reported CoP at known points of an instrument whose cells were not logged."""
-    names = np.concatenate([table.text("placement") for table in tables])
-    hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])
-    cop = np.concatenate([table.numbers(["cop_x_m", "cop_y_m"]) for table in tables])
-    names = _named_by_place(names.astype(str), hole)
-    _, index = np.unique(names.astype(str), return_inverse=True)
-    n = len(names)
-    rows = PlacementRows(
-        cells=(),
-        forces_n=np.zeros((n, 0)),
-        cell_pos_m=np.zeros((0, 2)),
-        hole_m=hole,
-        load_n=np.full(n, np.nan),
-        placement=index.astype(np.int64),
-        given_cop_m=cop,
-    )
-    labels = np.unique(names.astype(str))
-    if n > FRAMES_OF_A_POINT * len(labels):
-        rows = condense_points(rows)
-    return PlacementLog(rows, labels[rows.placement])
-
-
-def study_foot(foot: str, log: PlacementLog, held: BoolArray) -> FootStudy:
-    """Compare the corrections on the placements that are not held out."""
-    return FootStudy(
-        foot=foot,
-        rows=log.rows.select(~held),
-        study=study_cop(log.rows.select(~held)),
-        held_out=log.rows.select(held) if held.any() else None,
-        before=log.before,
-    )

@@ -102,7 +102,7 @@ def compare(
 def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
     """Weights on feet against the calibration of their cells."""
     from footcal_cli.core.plausibility import check_shares
-    from footcal_cli.intake.bench import read_placements
+    from footcal_cli.intake.placed_weights import read_placements
 
     if session.parameters is None:
         return

@@ -1,25 +1,26 @@
 r"""Zeros of the cells from a log of the robot in the air, in the place of a calibration's.
 
-Room: intake; asked by recordings and long_walks. A cell that carries nothing reads :math:`r_0`:
-with its scale :math:`c` (N/count) its bias is :math:`d = -c r_0` (N), whatever it was on a bench,
-where no sole hung on it. Scales stay as they are.
+Room: intake; asked by recordings, long_walks, cases and offline_fit. A cell that carries nothing
+reads :math:`r_0`: with its scale :math:`c` (N/count) its bias is :math:`d = -c r_0` (N), whatever
+it was on a bench, where no sole or plate hung on it. Scales stay as they are.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray, Status
+from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
+from footcal_cli.intake.placed_weights import placed
 from footcal_cli.records.results import CovarianceBlock, ParametersRecord
 from footcal_cli.tables.columns import zeros_table
 from footcal_cli.tables.logfiles import digest
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from footcal_cli.session.session import Session
 
@@ -68,17 +69,55 @@ def use_zeros(session: Session[Any], channels: Sequence[str]) -> Zeros | None:
     known = () if record is None else record.inputs.values()
     if not paths or {digest(path) for path in paths} & set(known):
         return None
+    zeros = _read(session, channels)
+    if record is not None:
+        session.parameters = _with_biases(record, channels, zeros)
+        session.note([_said(record, session.parameters, channels, paths[0].name)])
+    return zeros
+
+
+def at_zeros(
+    session: Session[Any], estimates: Sequence[Estimates], channels: Sequence[str]
+) -> list[Estimates]:
+    """Estimates of a bench with the zeros of the placements' empty plate; as they are without.
+
+    A plate that is screwed to cells loads them: it moves their zeros from where the bench had them.
+    Without a bench the calibration of ``--parameters`` gets them.
+    """
+    paths = session.recipe.data_paths("zeros")
+    if not paths or not placed(session):
+        return list(estimates)
+    if not estimates:
+        if session.parameters is not None:
+            use_zeros(session, channels)
+        return []
+    zeros, made, moved = _read(session, channels), [], {}
+    for own in estimates:
+        turn, apart, values = np.eye(len(own.names)), np.zeros(len(own.names)), own.values.copy()
+        for channel, zero in zip(channels, zeros.counts, strict=True):
+            if f"{channel}.bias" not in own.names:
+                continue
+            at, scale = (own.names.index(f"{channel}.{name}") for name in ("bias", "scale"))
+            values[at] = -values[scale] * zero
+            moved[channel] = float(values[at] - own.values[at])
+            turn[at], apart[at] = 0.0, (zeros.sd_n(values[[scale]]) or 0.0) ** 2
+            turn[at, scale] = -zero
+        made.append(replace(
+            own, values=values, covariance=turn @ own.covariance @ turn.T + np.diag(apart)
+        ))  # fmt: skip
+    if moved:
+        session.note([_moved(moved, paths[0].name)])
+    return made
+
+
+def _read(session: Session[Any], channels: Sequence[str]) -> Zeros:
     names = [f"{channel}_counts" for channel in channels]
     logs = [table.numbers(names) for table in session.read_beside(zeros_table(channels), "zeros")]
     each = -(-_PIECES // len(logs))
     pieces = [piece for log in logs for piece in np.array_split(log, min(each, len(log)))]
     means = np.array([np.nanmean(piece, axis=0) for piece in pieces])
     spread = means.std(axis=0, ddof=1) if len(means) > 1 else np.zeros(len(channels))
-    zeros = Zeros(np.nanmean(np.concatenate(logs), axis=0), spread, len(means))
-    if record is not None:
-        session.parameters = _with_biases(record, channels, zeros)
-        session.note([_said(record, session.parameters, channels, paths[0].name)])
-    return zeros
+    return Zeros(np.nanmean(np.concatenate(logs), axis=0), spread, len(means))
 
 
 def _with_biases(
@@ -112,11 +151,17 @@ def _with_biases(
 def _said(
     before: ParametersRecord, after: ParametersRecord, channels: Sequence[str], log: str
 ) -> Finding:
-    moved = {c: after.value(f"{c}.bias") - before.value(f"{c}.bias") for c in channels}
+    return _moved(
+        {c: after.value(f"{c}.bias") - before.value(f"{c}.bias") for c in channels}, log
+    )  # fmt: skip
+
+
+def _moved(moved: Mapping[str, float], log: str) -> Finding:
+    """Biases that zeros have changed, by channel in N."""
     most = max(moved, key=lambda channel: abs(moved[channel]))
     return Finding(
         "zeros", "note", log,
-        f"the zeros of {len(channels)} cells are those of this log, not the calibration's: the "
+        f"the zeros of {len(moved)} cells are those of this log, not the calibration's: the "
         f"bias of {most} moves most, by {moved[most]:.3g} N",
         "take zeros out of [data] to keep those of the calibration",
     )  # fmt: skip

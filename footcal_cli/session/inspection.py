@@ -205,6 +205,8 @@ def _exchanged(table: Table, robot: Robot) -> list[Finding]:
         # where no nameplate says which way the bridges read, one may be wired the other way round
         known = robot.nameplate.scale_n_per_count is not None
         found += turned if known else [replace(f, severity="warning") for f in turned]
+        if len(means) < 2:  # a file of one placement: nothing there that a cell could follow
+            continue
         found += siblings.check_dead_channels(
             rows[:, 3:], names, rows[:, 2:3] * np.column_stack([np.ones(len(rows)), rows[:, :2]])
         )

@@ -31,23 +31,33 @@ def column_of(plan: LogPlan, channel: str) -> str:
 
 
 def named_as(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
-    """Channels of weights -> the cells of a stream whose names end alike, each with one of its own.
+    """Channels of weights -> the cells of a stream whose names are alike, each with one of its own.
 
-    ``L_FL`` is ``adc_L_FL``, ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``.
+    At their ends: ``L_FL`` is ``adc_L_FL``, ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``.
+    Else anywhere: ``left_foot/cell1`` is ``/left_foot/cell1/force/z``, ``toe_l`` is ``toe_l_cnt``.
     """
     plain = {cell: _plain(column.column) for cell, column in cells.items()}
-    found = {}
-    for channel in plan.channels:
-        words = {_plain(channel), _plain(column_of(plan, channel))}
-        same = [cell for cell in cells if cell == channel]
-        own = same or [
-            cell for cell, name in plain.items()
-            if any(name.endswith(word) or word.endswith(name) for word in words)
-        ]  # fmt: skip
-        if len(own) != 1:
-            return {}
-        found[channel] = own[0]
-    return found if len({*found.values()}) == len(found) else {}
+    for alike in (_ends_alike, _holds):
+        found = {}
+        for channel in plan.channels:
+            words = {_plain(channel), _plain(column_of(plan, channel))}
+            same = [cell for cell in cells if cell == channel]
+            own = same or [
+                cell for cell, name in plain.items() if any(alike(name, word) for word in words)
+            ]
+            if len(own) == 1:
+                found[channel] = own[0]
+        if len(found) == len({*found.values()}) == len(plan.channels):
+            return found
+    return {}
+
+
+def _ends_alike(name: str, word: str) -> bool:
+    return name.endswith(word) or word.endswith(name)
+
+
+def _holds(name: str, word: str) -> bool:
+    return len(word) > 1 and word in name
 
 
 def _plain(name: str) -> str:

@@ -46,6 +46,8 @@ _ABOVE_M, _BESIDE = 0.05, 1.0
 """How far the CoM lies above each foot, and off their middle at most: shares of its height."""
 _FOLLOWS, _FREE_MPS2, _SAME_STEPS = 0.9, 2.0, 0.9
 _CENTRED = 0.5
+_CLEARLY, _PIECES = 0.7, 20
+"""What of a heading in degrees is across the feet, of what is in radians: straight on, both are."""
 _ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "g0": 1 / 9.80665}
 _SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2}
 _MOMENTS = ("Nm", "N*m", "N*mm")
@@ -117,6 +119,8 @@ def body_of(file: FileGuess) -> BodyLog | None:
     spare = [m for m in others if m.axes.columns["x"].column not in used]
     if (rate := _momentum_rate(com, spare)) is not None:
         roles["rate"] = rate
+    placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
+    turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
     frames = _frames(feet, turned)
     line = feet[1].values - feet[0].values
     across = np.interp(seconds, at, np.unwrap(np.arctan2(line[:, 1], line[:, 0])))
@@ -307,6 +311,11 @@ def _unit_of(axes: Axes, across_rad: FloatArray | None) -> str:
         return "deg"
     if across_rad is None:
         return "rad"
-    # the line from foot to foot lies across the heading, up to a half turn
-    off = [np.nanmedian(np.abs(np.cos(across_rad - heading))) for heading in (yaw, np.radians(yaw))]
-    return "deg" if off[1] < off[0] else "rad"
+    # the line from foot to foot lies across the heading, up to a half turn; steps go either way
+    off = [
+        np.mean(
+            [abs(np.nanmean(part)) for part in np.array_split(np.cos(across_rad - heading), 20)]
+        )
+        for heading in (yaw, np.radians(yaw))
+    ]
+    return "deg" if off[1] < _CLEARLY * off[0] else "rad"

@@ -51,6 +51,8 @@ def foot_names(
     said = [name_guess(f"{stem}x") for stem in stems]
     if len(stems) > 2:
         places = [name.place for name in said]
+        if not all(places):  # LFX is no leg by itself
+            places = [name_guess(stem.rstrip("_. ")).place for stem in stems]
         if all(places) and len({*places}) == len(stems):
             return places
         different = apart([stem.rstrip("_. ") for stem in stems])

@@ -29,8 +29,12 @@ NAMEPLATE = Blank(
     "nothing says how many newtons a count is; or give --parameters of a bench calibration",
 )
 WEIGHTS = Blank(
-    ("# weights = […]    # in [data]: each cell under known weights",),
-    "placements need calibrated cells: their weights too, or --parameters",
+    (
+        "# weights = […]    # in [data]: each cell under known weights; or by its maker:",
+        "# [robot.nameplate]",
+        "# scale_n_per_count = 1.0    # of readings in newtons",
+    ),
+    "placements need calibrated cells: their weights, --parameters, or the makers' scale",
 )
 
 

@@ -39,6 +39,7 @@ from footcal_cli.sniff.text import TextGuess, guess_text
 from footcal_cli.sniff.texts import (
     FEW,
     numbers_as_labels,
+    one_after_the_other,
     part_of_the_words,
     taking_turns,
     text_column,
@@ -165,6 +166,7 @@ def _column(column: str, raw: RawColumn, unit_row: str, called: str) -> ColumnGu
     word = called.strip().lower()
     counts = {*words_of(called)} & NUMBERS  # cell no
     turns = word in OF_A_ROW and (word in COUNTED or np.mean(np.diff(values) != 0) > _OFTEN)
+    turns |= word in OF_A_ROW - {"channel"} and one_after_the_other(values)
     turns |= bool(counts) and len(bare := {*words_of(called)} - counts) == 1 and bare <= OF_A_ROW
     counted = name.quantity == "label" or turns
     if counted and (words := numbers_as_labels(values)):

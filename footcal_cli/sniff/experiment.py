@@ -22,7 +22,7 @@ from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load,
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, STATISTICS, NameGuess, name_guess, words_of
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.placed import at_holes
+from footcal_cli.sniff.placed import at_holes, by_one_weight
 from footcal_cli.sniff.plan import (
     Entry,
     LogPlan,
@@ -60,6 +60,11 @@ def plan_of(file: FileGuess) -> LogPlan | None:
     put = loads or [c for c in file.of("load") if c.values is not None]  # one weight everywhere
     if put and not six and (placed := at_holes(file, holes, put[0], cells)) is not None:
         return placed
+    if not six and not file.of("com") and (not put or (not cells and len(put) > 1)):
+        # a unit of mass behind a short name is called a load: of several they are readings
+        read = [c for c in cells or put if c not in holes.values()]
+        if (placed := by_one_weight(file, holes, read)) is not None:
+            return placed
     hips = six and len({word for c in file.of("label") for word in c.words}) > 1
     plates = None if holes or (loads and cells) or hips else force_and_cop(file)
     if plates is not None:

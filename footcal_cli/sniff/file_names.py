@@ -27,6 +27,8 @@ from footcal_cli.tables.textfiles import called_as
 _IDLE = 0.05
 """Share of the largest load below which nothing stands on a plate."""
 _LEAST_ORIENTATIONS = 3
+_TWO_LEGS = {"fl": "left", "fr": "right"}
+"""Legs of which one has no others."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +221,7 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
 
 def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
     """The transducers or the cells of a robot's feet in a file each, joined by time."""
-    sides = [_foot_of(file, word) for file, word in zip(group, names.middle, strict=True)]
+    sides = _feet_of(group, names)
     timed = all(file.of("time") for file in group) and not one_after_another(group)
     if not timed or not all(sides) or len({*sides}) < len(group):
         return None
@@ -245,6 +247,15 @@ def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
         return None
     beside = tuple(Beside(file, "time", why="the other foot") for file in group[1:])
     return Part(plan, (first.path,), escaped(first.path.name), beside)
+
+
+def _feet_of(group: Sequence[FileGuess], names: Names) -> list[str]:
+    """The foot that each file is of: left and right, or legs that the files are called after."""
+    sides = [_foot_of(file, word) for file, word in zip(group, names.middle, strict=True)]
+    if all(sides) or wrenches(numbered(group[0])):  # transducers of legs hang
+        return sides
+    legs = [name_guess(word).place for word in names.middle]
+    return [_TWO_LEGS.get(leg, leg) for leg in legs] if {*legs} == {*_TWO_LEGS} else legs
 
 
 def _foot_of(file: FileGuess, word: str) -> str:

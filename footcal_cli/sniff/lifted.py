@@ -1,4 +1,4 @@
-"""Logs of a robot in the air, next to one in which it stands: the zeros of the same cells.
+"""Logs of a robot in the air or of an empty plate, next to one under load: zeros of its cells.
 
 Room: sniff; asked by several.
 """
@@ -9,9 +9,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Part
-from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import Entry, LogPlan
 
@@ -21,6 +23,8 @@ _IN_THE_AIR = re.compile(
     "vacío|vacio|suspendu|levé|leve|grue|vide|zéros?|sospeso|aria|vuoto|suspenso|levantado"
 )
 """Words of a log's name in which nothing lies on the cells, though it has stamps."""
+_IDLE = 0.1
+"""How far readings of an empty plate may spread, as a share of what they do under a weight."""
 
 
 def with_lifted(
@@ -28,11 +32,14 @@ def with_lifted(
 ) -> tuple[list[Part], list[FileGuess]]:
     """Logs of the same cells without stamps or a body as zeros, and the logs that fit nothing."""
     cells = [part for part in parts if part.plan.role == "cells"]
-    standing = [part for part in cells if _stands(part)]
+    standing = [part for part in parts if part.plan.role == "placements"]
+    standing = standing or [part for part in cells if _stands(part)]
     if len(standing) != 1:
         return list(parts), list(others)
     made = [
-        replace(part, plan=zeros) if (zeros := _zeros(part.plan.file, standing[0])) else part
+        replace(part, plan=zeros)
+        if part.plan.role == "cells" and (zeros := _zeros(part.plan.file, standing[0]))
+        else part
         for part in parts
     ]
     left = []
@@ -55,6 +62,12 @@ def _spoken(file: FileGuess) -> bool:
     return any(_IN_THE_AIR.fullmatch(word) for word in words_of(file.path.stem))
 
 
+def _idle(empty: ColumnGuess, loaded: ColumnGuess) -> bool:
+    """Whether a cell carries nothing in one log, by how far it moves in another."""
+    spans = [float(np.nanmax(v) - np.nanmin(v)) for v in map(numbers_of, (empty, loaded))]
+    return spans[0] < _IDLE * spans[1]
+
+
 def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:
     """The plan for a log of a robot in the air; None where it is of other cells, or stands."""
     read = {n: e for n, e in standing.plan.entries.items() if n.endswith("_counts")}
@@ -62,14 +75,19 @@ def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:
     wanted = [e.column.column for e in read.values() if e.column is not None]
     if file is standing.plan.file or not wanted or not set(wanted) <= set(own):
         return None
-    if file.of("com") or (file.of("time") and not _spoken(file)):
+    plate = standing.plan.role == "placements"
+    if plate and not all(_idle(own[e.column.column], e.column) for e in read.values() if e.column):
         return None
+    if file.of("com") or (file.of("time") and not _spoken(file) and not plate):
+        return None
+    foot = standing.plan.channels[0].partition("_")[0] if plate else ""
     entries: dict[str, Entry] = {
-        name: replace(entry, column=own[entry.column.column])
+        f"{foot}_{name}" if plate else name: replace(entry, column=own[entry.column.column])
         for name, entry in read.items() if entry.column is not None
     }  # fmt: skip
+    where = "nothing on the plate" if plate else "the robot in the air"
     return LogPlan(
-        file, "the same cells with the robot in the air: their zeros",
+        file, f"the same cells with {where}: their zeros",
         f"the cells of {standing.paths[0].name}, without "
         + ("a body" if file.of("time") else "stamps"),
         "likely", standing.plan.command, "zeros", entries, standing.plan.channels,

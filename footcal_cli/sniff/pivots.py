@@ -14,9 +14,11 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.shared_weight import loaded_places, share_one_weight
 from footcal_cli.tables.pivot import labels_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Pivot
+from footcal_cli.tables.units import TIMES
 
 _MOST = 25
 _TAKE_TURNS = 0.5
@@ -49,7 +51,10 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     ]  # fmt: skip
     named = [c for c in named if c.codes is not None and np.all(c.codes >= 0)]
     placed = any(map(_are_places, named))
-    measured = [c for c in columns if c.quantity in _MEASURED and c.values is not None]
+    measured = [
+        c for c in columns
+        if c.quantity in _MEASURED and c.values is not None and c.unit not in TIMES
+    ]  # fmt: skip
     loaded = any(c.quantity == "load" and c.values is not None for c in columns)
     if not named or not measured or (loaded and not any(map(_tell_loads, named))):
         return None
@@ -58,6 +63,9 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     feet = any({name_guess(word).side for word in c.words} == _SIDES for c in named)
     if axes >= _AXES and (not feet or any(c.quantity in _ATTITUDES for c in columns)):
         return None
+    cells = [c.values for c in measured if c.values is not None and c.name.axis in ("", "fz")]
+    if not feet and any(share_one_weight(cells, loaded_places(c)[0]) for c in named):
+        return None  # a weight on the holes of a plate: each row is a sample
     by = tuple(c.column for c in named)
     words = labels_of([raw[name] for name in by])
     rows_of = Counter(words.tolist())

@@ -16,6 +16,7 @@ from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.cells import WEIGHTS, WHERE
 from footcal_cli.sniff.groups import channel_names, slug
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
+from footcal_cli.sniff.names import without_side
 from footcal_cli.sniff.plan import (
     NOT_SAID,
     Blank,
@@ -26,6 +27,7 @@ from footcal_cli.sniff.plan import (
     reading_entry,
     times,
 )
+from footcal_cli.sniff.shared_weight import loaded_places, share_one_weight
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.sniff.which_cell import as_label, followers, named_alike, one_cell_moves
 
@@ -40,6 +42,11 @@ HOLES = Blank(
      "# the foot's origin, x forward, y left; or give init a sheet: hole,x_mm,y_mm"),
     "no log says where the holes are",
 )  # fmt: skip
+
+WEIGHT = Blank(
+    ('# in [columns]: each "?" of load_n becomes what was put on the holes, in kg',),
+    "no log says what the weight on the holes weighs",
+)
 
 
 def at_holes(
@@ -78,16 +85,76 @@ def at_holes(
     return replace(plan, blanks=(HOLES, *plan.blanks))
 
 
+def by_one_weight(
+    file: FileGuess, holes: Mapping[str, ColumnGuess], cells: Sequence[ColumnGuess]
+) -> LogPlan | None:
+    """The plan for one weight on holes of a foot, which no column weighs; None where it is none.
+
+    A column is called a hole, or places stand in the log, and the cells share one weight.
+
+    Parameters
+    ----------
+    holes
+        Columns of the holes' x and y; empty without.
+    cells
+        The readings of all cells.
+    """
+    read = [numbers_of(c) for c in cells]
+    if any(r.size != file.rows for r in read):
+        return None
+    empty: set[str] = set()
+    if {"x", "y"} <= set(holes):
+        hole_m = np.stack([numbers_of(holes[a]) for a in "xy"], axis=1)
+        codes = np.unique(hole_m, axis=0, return_inverse=True)[1].ravel()
+        points = [c for c in file.of("placement", "sequence") if _one_place_each(c, hole_m)]
+        point = points[0] if points else None
+        places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
+        asked: tuple[Blank, ...] = ()
+    else:
+        labels = [label for c in file.of("placement") if (label := as_label(c)) is not None]
+        if not labels:
+            return None
+        point = next(c for c in file.columns if c.column == labels[0].column)
+        words = sorted(labels[0].words, key=lambda word: (len(word), word))
+        codes, empty = loaded_places(labels[0])
+        names = {word: "0" if word in empty else ASKED for word in words}
+        entry = Entry(point, "mm", names=names, sure="guess", why=HOLES.why)
+        places, asked = {f"hole_{a}_m": entry for a in "xy"}, (HOLES,)
+    if not share_one_weight(read, codes):
+        return None
+    put = Entry(value=ASKED, unit="kg", sure="guess", why=WEIGHT.why)
+    if empty and point is not None:
+        names = {word: "0" if word in empty else ASKED for word in places["hole_x_m"].names}
+        put = Entry(point, "kg", names=names, sure="guess", why=WEIGHT.why)
+    plan = _with_load(file, point, places, put, cells)
+    return replace(
+        plan, why="holes, and readings that share one weight", blanks=(WEIGHT, *asked, *plan.blanks)
+    )
+
+
 def _plan(
     file: FileGuess, point: ColumnGuess | None, places: Mapping[str, Entry], load: ColumnGuess,
     cells: Sequence[ColumnGuess],
 ) -> LogPlan:  # fmt: skip
-    named = {_as_written(name, c): c for name, c in channel_names(cells).items()}
-    labels = [c for c in file.of("label") if c.words and (not point or c.column != point.column)]
-    repeats = [c for c in file.of("repeat") if c.values is not None and c is not point]
     put, asked = load_entry(load)
+    plan = _with_load(file, point, places, put, cells)
+    return replace(plan, blanks=(*asked, *plan.blanks))
+
+
+def _with_load(
+    file: FileGuess, point: ColumnGuess | None, places: Mapping[str, Entry], put: Entry,
+    cells: Sequence[ColumnGuess],
+) -> LogPlan:  # fmt: skip
+    sides = {c.name.side for c in cells}
+    side = sides.pop() if len(sides) == 1 else ""
+    named = {_within(_as_written(name, c), side): c for name, c in channel_names(cells).items()}
+    labels = [c for c in file.of("label") if c.words and (not point or c.column != point.column)]
+    repeats = [
+        c for c in file.of("repeat")
+        if c.values is not None and c is not point and np.unique(c.values).size < file.rows
+    ]  # fmt: skip
     entries = {
-        "foot": of(labels[0]) if labels else Entry(value="foot", why="one foot"),
+        "foot": of(labels[0]) if labels else Entry(value=side or "foot", why="one foot"),
         "placement": of(point) if point else Entry(value="point", why="no name of the points"),
         **places,
         "load_n": put,
@@ -95,13 +162,13 @@ def _plan(
         **times(file, needed=False)[0],
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
-    foot = labels[0].words[0] if labels else "foot"
+    foot = labels[0].words[0] if labels else side or "foot"
     lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",
              *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
     return LogPlan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
         "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
-        blanks=(*asked, Blank(lines, WHERE), WEIGHTS),
+        blanks=(Blank(lines, WHERE), WEIGHTS),
     )  # fmt: skip
 
 
@@ -110,6 +177,12 @@ def _as_written(name: str, cell: ColumnGuess) -> str:
     stem = slug(split_unit(cell.column)[0])
     number = name.removeprefix("cell_").isdigit() or name.replace("_", "") == stem
     return stem if number else name
+
+
+def _within(name: str, side: str) -> str:
+    """A cell's name within the one foot that all cells are of."""
+    plain = without_side(name, side).removeprefix("foot_") if side else name
+    return plain or name
 
 
 def _one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:

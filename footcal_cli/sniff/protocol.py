@@ -1,6 +1,7 @@
 """A log of cells, and a protocol of what lay on which of them from when on.
 
-Room: sniff; asked by several. The readings say how far from a stamp a load lies still.
+Room: sniff; asked by several and placement_index. The readings say how far from a stamp a load
+lies still.
 """
 
 from __future__ import annotations
@@ -59,11 +60,11 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     since, until = since + offset, None if until is None else until + offset
     ends = np.append(since[1:], max(at[-1], since[-1] + np.median(np.diff(since))))
     ends = ends if until is None else np.minimum(ends, until)
-    apart = _apart(at, since, ends, cells) if timed else 0.0
+    apart = apart_of(at, since, ends, cells) if timed else 0.0
     if apart is None or (offset and not timed):
         return _asked(file, sheet) if sheet.of("label") else None
     longest = float(np.max(ends - since)) if until is None else float(np.min(ends - since))
-    on = _holds(at, since, since + longest, apart)
+    on = holds(at, since, since + longest, apart)
     stem = sheet.path.name.rsplit(".", 1)[0]
     put = np.where(on < 0, np.nan, numbers_of(loads[0])[on])
     why = f"by {sheet.path.name}, from there to the next"
@@ -125,7 +126,7 @@ def _keys(
     """Stamps or numbers of both files, and where a row of the sheet says until when it holds."""
     if file.of("time") and sheet.of("time"):
         mine, stamp = file.of("time")[0], sheet.of("time")[0]
-        at, since = (_seconds(f, c) for f, c in ((file, mine), (sheet, stamp)))
+        at, since = (seconds_by(f, c) for f, c in ((file, mine), (sheet, stamp)))
     else:
         own = [c for c in file.of("sequence") if c.values is not None]
         counted = [c for c in sheet.of("sequence") if c.values is not None]
@@ -138,7 +139,7 @@ def _keys(
     return (mine, at), (stamp, since), None
 
 
-def _seconds(file: FileGuess, column: ColumnGuess) -> FloatArray:
+def seconds_by(file: FileGuess, column: ColumnGuess) -> FloatArray:
     """Stamps of a file in s, dates as the reader has them, shape (n,)."""
     place = ForeignColumn(
         column.column, column.unit, format=column.format, nanoseconds=column.nanoseconds,
@@ -147,7 +148,7 @@ def _seconds(file: FileGuess, column: ColumnGuess) -> FloatArray:
     return time_of(file.path, Reading({"time_s": place}, file.layout))
 
 
-def _holds(at: FloatArray, since: FloatArray, until: FloatArray, apart: float) -> IntArray:
+def holds(at: FloatArray, since: FloatArray, until: FloatArray, apart: float) -> IntArray:
     """Which row of the protocol each row of a log is of, −1 where none, shape (n,)."""
     on = np.searchsorted(since, at, side="right") - 1
     before, after = np.maximum(on, 0), np.minimum(on + 1, since.size - 1)
@@ -156,7 +157,7 @@ def _holds(at: FloatArray, since: FloatArray, until: FloatArray, apart: float) -
     return np.where(off, -1, on)
 
 
-def _apart(
+def apart_of(
     at: FloatArray, since: FloatArray, ends: FloatArray, cells: list[ColumnGuess]
 ) -> float | None:
     """How far from a stamp the loads lie still, in s; None where they never do.
@@ -168,7 +169,7 @@ def _apart(
     read = np.column_stack([numbers_of(c) for c in cells])
 
     def scatters(apart: float) -> FloatArray:
-        on = _holds(at, since, ends, apart)
+        on = holds(at, since, ends, apart)
         parts = [read[on == k] for k in range(since.size)]
         if min(len(part) for part in parts) < _LEAST_ROWS:
             return np.empty((0, read.shape[1]))

@@ -17,11 +17,13 @@ from footcal_cli.sniff.foot_mounts import mounted
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.hole_sheets import with_holes
+from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
 from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files, posed_files
+from footcal_cli.sniff.placed_files import placed_files
+from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
@@ -79,25 +81,28 @@ def _turned_round(plan: LogPlan) -> LogPlan:
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
+    placed_apart, files = placed_files(with_holes_named(files))
+    indexed, files = indexed_placements(files)
+    placed_apart += indexed
     groups: dict[object, list[FileGuess]] = {}
     for file in files:
         names = tuple(c.column for c in file.columns)
         groups.setdefault((file.layout, names), []).append(file)
     alike = list(groups.values())
-    if len(alike) == 2 and all(len(group) == 1 for group in alike):
+    if len(alike) == 2 and all(len(group) == 1 for group in alike) and not placed_apart:
         joined = _two(alike[0][0], alike[1][0])
         if joined:
             return joined, []
-    for group, rest in permutations(alike, 2) if len(alike) == 2 else ():
+    for group, rest in permutations(alike, 2) if len(alike) == 2 and not placed_apart else ():
         if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
             return [made], []
         if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):
             made = _with_attitude(group, numbered(rest[0]))
             if made is not None:
                 return [made], []
-    if len(alike) == 1 and (made := marked_files(alike[0])) is not None:
+    if len(alike) == 1 and not placed_apart and (made := marked_files(alike[0])) is not None:
         return [made], []
-    parts, others = [], []
+    parts, others = placed_apart, []
     for group in [own for whole in alike for own in by_experiment(whole)]:
         made = alike_part(group)
         if made is None:

@@ -37,6 +37,8 @@ _RARE = 0.3
 """Share of rows in which a column of weights may say something else: a shunt, a subtotal."""
 _ROWS_A_DAY = 3
 """So many rows at least have the date of one day, where a column says on which one."""
+_LEAST_OF_ONE = 3
+"""Rows that a bench has of each cell in one go."""
 _EVENTS = 0.5
 """Share of empty cells from which a column holds events."""
 MEAN_IN_A_CELL = r"^([-+]?[\d.,]+)"
@@ -323,6 +325,17 @@ def numbers_as_labels(values: FloatArray, largest: float = FEW) -> ColumnGuess |
     return ColumnGuess(
         "", NameGuess("label"), None, "likely", "numbers of sensors", words=words, codes=codes
     )
+
+
+def one_after_the_other(values: FloatArray) -> bool:
+    """Whether numbers count up from 0 or 1, some rows of each, and begin again, if at all."""
+    if values.size < 2 * _LEAST_OF_ONE or values[0] not in (0.0, 1.0):
+        return False
+    at = np.flatnonzero(np.diff(values))
+    steps, begin = np.diff(values)[at], values[at + 1]
+    runs = np.diff(np.concatenate([[-1], at, [values.size - 1]]))
+    up = (steps == 1.0) | (begin == values[0])
+    return bool(at.size and np.all(up) and runs.min() >= _LEAST_OF_ONE)
 
 
 def _among_words(

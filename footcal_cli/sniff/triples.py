@@ -19,6 +19,7 @@ from footcal_cli.sniff.vocabulary import ANGLES
 _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
 _NUMBER = re.compile(r"([0-3])(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
+_TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
 _UNIT_NORM = 0.02
 ROLL_PITCH_YAW = ("roll", "pitch", "yaw")
 
@@ -91,13 +92,34 @@ def _of_length_one(four: FloatArray) -> bool:
 
 
 def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
-    """Columns called roll, pitch and yaw, or yaw alone, by what their names share around it."""
+    """Columns called roll, pitch and yaw, or yaw alone, by what their names share around it.
+
+    So are ``sole_rx sole_ry sole_rz`` where none of them is more than a turn.
+    """
     found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
     for column in columns:
         for word in _ANGLE.finditer(column.column):
             key = column.column[: word.start()], column.column[word.end() :]
             found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
-    return [Axes(*key, own) for key, own in found.items() if "yaw" in own]
+    made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
+    names = {column.column for column in columns}
+    for axes in axes_of(columns):
+        word = _TURNS.search(axes.before)
+        if word is None or "w" in axes.columns or not _at_most_a_turn(axes):
+            continue
+        left = axes.before[: word.start(1)] + "l" + axes.before[word.end(1) :]
+        if word[1].lower() == "r" and any(name.lower().startswith(left.lower()) for name in names):
+            continue  # what is called l and r is left and right
+        own = dict(zip(ROLL_PITCH_YAW, (axes.columns[a] for a in "xyz"), strict=True))
+        made.append(Axes(axes.before, axes.after, own))
+    return made
+
+
+def _at_most_a_turn(axes: Axes) -> bool:
+    """Whether three numbers are no more than a turn, in rad by their unit, else in degrees."""
+    unit = axes.columns["x"].unit
+    most = float(np.nanmax(np.abs(axes.values("xyz")), initial=0.0))
+    return unit in (None, "rad", "deg") and most <= (2.0 * np.pi if unit == "rad" else 360.0)
 
 
 def rotations(axes: Axes, unit: str = "rad") -> FloatArray:

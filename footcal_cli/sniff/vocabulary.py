@@ -47,7 +47,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
     "orientation": "orientation lage attitude ori orientacion orientación orientação orientamento",
     "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
-    "agujero orificio foro furo punto ponto stelle",
+    "agujero orificio foro furo buraco punto ponto stelle hål hul gat otwór otwor ana",
     "contact": "contact kontakt stance",
     "pressure": "pressure druck pression",
     "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "

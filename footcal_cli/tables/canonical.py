@@ -81,8 +81,9 @@ def canonical(
     source = place.column or spec.name
     made = not place.in_file
     renamed = source != spec.name or made
+    kept = replace(spec, missing="keep") if place.missing else spec
     if spec.kind == "text":
-        words = texts(raw, spec, source, path)
+        words = texts(raw, kept, source, path)
         read = ReadColumn(spec.name, source, "text", "", None, None, None)
         return words, read if renamed else None
     nanoseconds = stamps(raw, spec, source, place.unit, path, place.format)
@@ -91,7 +92,6 @@ def canonical(
         said = {"duration": "duration", "number": "nanosecond"}.get(raw.kind)
         said = said or "date, as seconds since 1970 UTC"
         return spans, ReadColumn(spec.name, source, said, "s", None, None, _range(spans))
-    kept = replace(spec, missing="keep") if place.missing else spec
     values = numbers(raw, kept, source, place.unit, path)
     if place.wraps_at is not None:
         again = signed if is_reading(spec) else unwrapped

@@ -102,3 +102,21 @@ def test_two_stands_are_no_zeros(tmp_path: Path) -> None:
     logs = [stand(tmp_path / f"stand_{k}.csv", LETTERS, again=False, seed=k) for k in (1, 2)]
     parts, _ = parts_of([guess_file(log) for log in logs])
     assert {part.plan.role for part in parts} == {"cells"}
+
+
+@pytest.mark.parametrize(
+    ("columns", "of_bench"),
+    [("/{side}_foot/cell{k}/force/z", "{side}_foot/cell{k}"), ("toe{k}_{s}_cnt", "toe{k}_{s}")],
+)
+def test_cells_of_a_bench_whose_names_stand_within_those_of_a_stand(
+    tmp_path: Path, columns: str, of_bench: str
+) -> None:
+    feet = [{"side": side, "s": side[0], "k": str(k)} for side in ("left", "right")
+            for k in (1, 2, 3)]  # fmt: skip
+    cells = tuple(columns.format(**own) for own in feet)
+    logs = [
+        stand(tmp_path / "stand.csv", cells, again=False),
+        bench(tmp_path / "b.csv", tuple(of_bench.format(**own) for own in feet), "counts"),
+    ]
+    plans = by_role(parts_of([guess_file(log) for log in logs])[0])
+    assert plans["weights"].channels == plans["cells"].channels

@@ -267,3 +267,48 @@ def test_an_order_number_is_no_reading_whatever_the_columns_are_called(tmp_path:
     assert {n: c for n, c in _columns(plan).items() if n != "time_s"} == {
         "load_n": "def_kg", "channel": "abc", "counts": "jkl_N"
     }  # fmt: skip
+
+
+LEGS = ("LF", "RF", "LH", "RH")
+
+
+def test_a_file_for_each_leg_and_soles_called_after_them(tmp_path: Path) -> None:
+    walk = Walk((0.1, -0.1, 0.1, -0.1), (0.2, 0.2, -0.2, -0.2))
+    body = {"t": walk.t, **_xyz("CoM", walk.com), **_xyz("CoMAcc", walk.acc)}
+    body |= _xyz("HDot", walk.rate)
+    paths = []
+    for i, leg in enumerate(LEGS):
+        cells = {name: walk.counts(i, k) for k, name in enumerate("abc")}
+        paths.append(_written(tmp_path / f"foot_{leg}.csv", {"t": walk.t + 0.0003 * i, **cells}))
+        body |= _xyz(leg, walk.feet[:, i])
+        angles = zip(("Roll", "Pitch", "Yaw"), walk.rpy[:, i].T, strict=True)
+        body |= {f"{leg}{angle}": values for angle, values in angles}
+    body = {name.replace("x", "X").replace("y", "Y").replace("z", "Z"): v
+            for name, v in body.items()}  # fmt: skip
+    body = {name.replace("YaW", "Yaw"): values for name, values in body.items()}
+    found = _parts([*paths, _written(tmp_path / "body.csv", body)])
+    cells = [f"{leg}_{c}" for leg in ("fl", "fr", "hl", "hr") for c in "abc"]
+    assert sorted(found["cells"].plan.channels) == sorted(cells)
+    assert len(found["cells"].beside) == 3
+    motion = _columns(found["body"].plan)
+    assert motion["hl_foot_x_m"] == "LHX"
+    assert motion["fr_foot_yaw_rad"] == "RFYaw"
+    assert motion["angmom_rate_y_nm"] == "HDotY"
+    assert found["body"].plan.command == "online-replay"
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+@pytest.mark.parametrize("word", ["r", "rot_", "ang_"])
+def test_angles_of_soles_by_their_axes(tmp_path: Path, word: str, unit: str) -> None:
+    walk = Walk()
+    cells = {f"{side}{k}": walk.counts(i, k) for i, side in enumerate("LR") for k in range(4)}
+    body = {"tempo": walk.t, **_xyz("cm_", walk.com), **_xyz("acel_cm_", walk.acc)}
+    for i, side in enumerate(("esq", "dir")):
+        body |= _xyz(f"planta_{side}_", walk.feet[:, i])
+        size = np.pi / 180 if unit == "deg" else 1.0
+        body |= _xyz(f"planta_{side}_{word}", walk.rpy[:, i] / size)
+    found = _parts([_written(tmp_path / "pes.csv", {"tempo": walk.t, **cells}),
+                    _written(tmp_path / "corpo.csv", body)])  # fmt: skip
+    plan = found["body"].plan
+    assert _columns(plan)["left_foot_roll_rad"] == f"planta_esq_{word}x"
+    assert plan.entries["right_foot_yaw_rad"].unit == unit

@@ -11,6 +11,8 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _MOST_FRAMES = 30
 """Rows to keep of each placement that was filmed."""
+_FRAMES_OF_A_VISIT = 10
+"""Nobody writes down so many readings of a weight that lies still."""
 
 
 @dataclass(frozen=True)
@@ -158,6 +160,30 @@ def find_repeats(rows: PlacementRows, cop_m: FloatArray) -> HoleScatter:
         sd = np.sqrt(spread * (n / np.where(n > 1, n - 1.0, np.nan))[:, None])
     hole = mean_of(rows.hole_m[used])
     return HoleScatter(hole, mean_of(load)[:, 0], n.astype(np.int64), hole + mean_error, sd)
+
+
+def filmed_visits(readings: FloatArray, visit: IntArray) -> tuple[IntArray, FloatArray]:
+    """First rows of visits to a hole and medians of their readings, where visits were filmed.
+
+    Frames of one visit are no repeats. With few rows of each visit all rows stay as they are.
+
+    Parameters
+    ----------
+    readings
+        Shape (n, c).
+    visit
+        Number of the visit of each row, shape (n,), never decreasing.
+
+    Returns
+    -------
+    Shapes (k,) and (k, c).
+    """
+    numbers, first = np.unique(visit, return_index=True)
+    if len(readings) < _FRAMES_OF_A_VISIT * numbers.size:
+        return np.arange(len(readings)), readings
+    ends = np.append(first[1:], len(readings))
+    each = [np.median(readings[a:b], axis=0) for a, b in zip(first, ends, strict=True)]
+    return first, np.array(each)
 
 
 def condense_points(rows: PlacementRows) -> PlacementRows:

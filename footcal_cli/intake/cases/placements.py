@@ -29,6 +29,7 @@ from footcal_cli.intake.cases.shared import (
     load_unit,
     needs_time,
 )
+from footcal_cli.intake.zeros import use_zeros
 from footcal_cli.recipe.options import DiagnoseOptions
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import placements_table
@@ -66,6 +67,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         channels = tuple(f"{name}_{cell}" for cell in cells)
         logs.append(_log_of(channels, position, hole[mine], load[mine], counts[mine], when))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
+    if session.parameters is not None:
+        use_zeros(session, channels)
     chain, values = chain_of(_needed(session), channels, EXPERIMENT.calibration)
     for log in logs:
         scale, bias = ([values[f"{c}.{n}"] for c in log.channels] for n in ("scale", "bias"))

@@ -1,0 +1,155 @@
+"""A file for each placement: the hole stands in a line above its table, or in the file's name.
+
+Room: sniff; asked by several. The files are looked at as one table with a row for each of them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.sniff.experiment import plan_of
+from footcal_cli.sniff.file_loads import Names
+from footcal_cli.sniff.file_names import Part, called
+from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.hole_sheets import called_in, with_sheet
+from footcal_cli.sniff.names import NameGuess, name_guess
+from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.plan import Entry
+from footcal_cli.sniff.shared_weight import LEAST_CELLS, LEAST_PLACES
+from footcal_cli.sniff.tokens import IN_WORDS
+from footcal_cli.sniff.units import known_unit
+
+_SAID = re.compile(r"^[\W_]*(?P<key>[^\W\d][^;:=\t,\n]*?)\s*[;:=\t,]\s*(?P<text>\S.*?)[\s\"';,]*$")
+"""``# foro;A3``, ``Bohrung: B2``, ``"hole","C1"``: a line above a table that says one thing."""
+_QUOTES = "\"' \t"
+_UNIT_SAID = re.compile(r"(?i)unit[sàaé]?|unidade?s?|einheit(?:en)?|enhet|eenheid")
+_NAMED = ("placement", "repeat", "load", "hole")
+_WHY = "a line above each table"
+
+
+def placed_files(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
+    """Placements in files of their own, and the files that are none of them."""
+    groups: dict[object, list[FileGuess]] = {}
+    for file in files:
+        names = tuple(c.column for c in file.columns)
+        groups.setdefault((file.layout, names), []).append(file)
+    parts, left = [], list(files)
+    for group in groups.values():
+        sheets = [f for f in left if all(f is not own for own in group) and called_in(f)]
+        made = _part(group, sheets)
+        if made is not None:
+            part, used = made
+            parts.append(part)
+            left = [f for f in left if all(f is not own for own in (*group, *used))]
+    return parts, left
+
+
+def _part(
+    group: Sequence[FileGuess], sheets: Sequence[FileGuess]
+) -> tuple[Part, list[FileGuess]] | None:
+    """The placements of some files, and the sheets that place their holes."""
+    first = group[0]
+    cells = readings(first)
+    if len(group) < LEAST_PLACES or len(cells) < LEAST_CELLS or wrenches(numbered(first)):
+        return None
+    if first.of("load", "hole", "com", "placement"):
+        return None
+    names = Names.of(called([file.path for file in group]))
+    words = [known for sheet in sheets for known in called_in(sheet)]
+    said = [_said_above(file) for file in group]
+    keys = [k for k in said[0] if all(k in own for own in said[1:])]
+    columns = [
+        column for k in keys
+        if (column := _column(k, [own[k] for own in said], words)) is not None
+    ]  # fmt: skip
+    if not any(c.quantity in ("placement", "hole") for c in columns):
+        columns += _in_names(group, words)
+    units = {known_unit(own[k]) for own in said for k in own if _UNIT_SAID.fullmatch(k)}
+    unit = units.pop() if len(units) == 1 else None
+    table = _table(group, unit)
+    plan = plan_of(replace(first, columns=(*columns, *table), rows=len(group), rate_hz=None))
+    if plan is None or plan.role != "placements":
+        return None
+    used = []
+    for sheet in sheets:
+        placed = with_sheet(plan, sheet)
+        used += [sheet] if placed is not plan else []
+        plan = placed
+    own = {c.column: c for c in columns}
+    entries = {name: _by_file(e, own, names) for name, e in plan.entries.items()}
+    kind = f"{plan.kind}, a file for each placement"
+    plan = replace(plan, file=first, entries=entries, kind=kind)
+    return Part(plan, tuple(file.path for file in group), names.match), used
+
+
+def _said_above(file: FileGuess) -> dict[str, str]:
+    """What lines above a table say, each of one thing."""
+    found = (_SAID.match(line) for line in file.text.above)
+    return {m["key"].strip(_QUOTES): m["text"].strip(_QUOTES) for m in found if m}
+
+
+def _column(key: str, texts: list[str], words: Sequence[set[str]]) -> ColumnGuess | None:
+    """What such lines say of all files, a row for each; None where it is of no placement."""
+    name = name_guess(key)
+    if any({*texts} <= known for known in words):
+        name = replace(name, quantity="placement")
+    if name.quantity not in _NAMED or (len({*texts}) < 2 and name.quantity != "load"):
+        return None
+    if name.quantity == "placement":
+        return _label(key, texts)
+    found = [IN_WORDS.fullmatch(text) for text in texts]
+    units = {known_unit(m[2]) if m else None for m in found}
+    unit = units.pop() if len(units) == 1 else None
+    bare = [m[1] if m else text for m, text in zip(found, texts, strict=True)]
+    try:
+        values = np.array([float(text.replace(",", ".")) for text in bare])
+    except ValueError:
+        return None
+    return ColumnGuess(key, name, unit or name.unit, "likely", _WHY, values)
+
+
+def _label(key: str, texts: Sequence[str]) -> ColumnGuess:
+    words = tuple(dict.fromkeys(texts))
+    codes = np.array([words.index(text) for text in texts])
+    return ColumnGuess(key, NameGuess("placement"), None, "likely", _WHY, words=words, codes=codes)
+
+
+def _in_names(group: Sequence[FileGuess], words: Sequence[set[str]]) -> Iterator[ColumnGuess]:
+    """Names of holes that a sheet places, where each file is called after one."""
+    for known in words:
+        plain = {word.lower(): word for word in known}
+        parts = [re.split(r"[\W_]+", file.path.stem.lower()) for file in group]
+        own = [[plain[p] for p in names if p in plain] for names in parts]
+        if all(len(found) == 1 for found in own) and len({f[0] for f in own}) >= LEAST_PLACES:
+            column = _label("hole", [f[0] for f in own])
+            yield replace(column, why="the files' names")
+            return
+
+
+def _table(group: Sequence[FileGuess], unit: str | None) -> Iterator[ColumnGuess]:
+    """Medians of all readings, a row for each file."""
+    for cell in readings(group[0]):
+        each = [next(c for c in f.columns if c.column == cell.column) for f in group]
+        values = np.array([float(np.nanmedian(numbers_of(c))) for c in each])
+        yield replace(cell, values=values, unit=cell.unit or unit)
+
+
+def _by_file(entry: Entry, columns: Mapping[str, ColumnGuess], names: Names) -> Entry:
+    """An entry of what lines above the tables say, by the files' names."""
+    column = columns.get("" if entry.column is None else entry.column.column)
+    if column is None:
+        return entry
+    if column.codes is not None:
+        texts = [column.words[i] for i in column.codes]
+    else:
+        texts = [f"{value:.10g}" for value in numbers_of(column)]
+    meant = {
+        word: entry.names.get(text, text) for word, text in zip(names.middle, texts, strict=True)
+    }
+    why = entry.why if entry.names else column.why
+    return replace(entry, column=None, file_name=names.expression, names=meant, why=why)
