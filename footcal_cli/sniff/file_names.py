@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
+from footcal_cli.sniff.cells_by_files import files_of_cells, weights_per_channel
 from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
@@ -117,25 +118,9 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             and (names.of_cells or loads_named(names) is None)
             and (names.of_cells or not any(re.fullmatch(r"[\d_-]*", w) for w in names.middle))
         ):  # fmt: skip
-            return Part(_weights_per_channel(plan, names), paths, names.match)
+            return Part(weights_per_channel(plan, names), paths, names.match)
+    plan = files_of_cells(plan, group, names) or plan
     return None if plan is None else Part(plan, paths, names.match)
-
-
-def _weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:
-    """Known weights in every file, and a file for each channel."""
-    called = {word: f"cell_{word}" if word.isdecimal() else word for word in names.middle}
-    channel = Entry(
-        file_name=names.expression, why="the files' names differ so",
-        names={word: name for word, name in called.items() if word != name},
-    )  # fmt: skip
-    entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
-    if "counts" not in entries:
-        entries["counts"] = next(v for k, v in plan.entries.items() if k.endswith("_counts"))
-    return replace(
-        plan, kind="known weights, one file per channel", role="weights",
-        channels=tuple(called.values()),
-        entries={**entries, "channel": channel},
-    )  # fmt: skip
 
 
 def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:

@@ -34,6 +34,7 @@ class ForeignColumn:
     nanoseconds: str = ""
     high_word: str = ""
     over: str = ""
+    followed_by: str = ""
     plus: Mapping[str, str] = field(default_factory=dict)
     wraps_at: float | None = None
     summed: bool = False

@@ -17,6 +17,7 @@ from footcal_cli.tables.cells import cell_of, held
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names
 from footcal_cli.tables.longfiles import columns_of
+from footcal_cli.tables.pivot import labels_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.registers import with_high_word
@@ -66,6 +67,7 @@ def source_columns(
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
     wanted |= {p.high_word for p in places.values() if p.high_word}
     wanted |= {p.over for p in places.values() if p.over}
+    wanted |= {p.followed_by for p in places.values() if p.followed_by}
     wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
     wanted |= conditions
@@ -86,7 +88,7 @@ def source_columns(
     as_text = {
         p.column for name, p in places.items() if name in texts or p.pattern or p.names
     } & own  # fmt: skip
-    as_text |= conditions
+    as_text |= conditions | {p.followed_by for p in places.values()} & own
     raw = dict(columns_of(path, here, as_text, reading.layout))
     rows = len(raw[here[0]].values)
     if rows == 0:
@@ -101,7 +103,7 @@ def source_columns(
     found = {}
     for name, place in places.items():
         if place.in_file:
-            found[name] = cell_of(raw[place.column], place, reading, path)
+            found[name] = cell_of(_joined_texts(raw, place, path), place, reading, path)
             if place.only_where:
                 found[name] = _only_where(found[name], raw, place)
             for other, unit in place.plus.items():
@@ -199,6 +201,24 @@ def _with_nanoseconds(
             )  # fmt: skip
     stamps = whole.values.astype(np.int64) * 10**9 + rest.values.astype(np.int64)
     return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
+
+
+def _joined_texts(
+    raw: Mapping[str, RawColumn], place: ForeignColumn, path: Path
+) -> RawColumn:  # fmt: skip
+    """A column, its texts joined by ``_`` to those of the column that `followed_by` names."""
+    first = raw[place.column]
+    if not place.followed_by:
+        return first
+    if place.followed_by not in raw:
+        raise DataError(
+            f"missing column '{place.followed_by}' that followed_by names"
+            f"{nearest(place.followed_by, sorted(raw))}", file=path,
+            remedy="correct followed_by in [columns]", foreign=True,
+        )  # fmt: skip
+    both = [held(c) if place.held else c for c in (first, raw[place.followed_by])]
+    empty = both[0].empty | both[1].empty
+    return replace(first, kind="text", values=labels_of(both), empty=empty, said=True)
 
 
 def _divided(raw: RawColumn, by: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:

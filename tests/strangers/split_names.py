@@ -1,0 +1,137 @@
+"""Benches whose cells or loads are named in parts: by two columns, letters, files, discs, steps.
+
+Names of feet and cells, languages and separators differ; each writer is one layout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tests.strangers.rigs import Cell, G, Made, Rng, Truth, cell, truth_of, write
+
+LADDER_KG = (0.0, 1.0, 2.0, 5.0, 10.0, 5.0, 2.0, 1.0, 0.0)
+
+
+def _cells(rng: Rng, names: Sequence[str], kind: str = "hx_small") -> dict[str, Cell]:
+    return {name: cell(rng, kind) for name in names}
+
+
+def _by_two(
+    cells: Mapping[str, Cell], pairs: Sequence[tuple[str, str]], rng: Rng, whole: bool = True
+) -> list[tuple[str, str, float, float]]:
+    """Rows of foot, cell, load in kg and reading, cell after cell."""
+    kg = np.array(LADDER_KG)
+    return [
+        (foot, part, float(m), float(r))
+        for (foot, part), one in zip(pairs, cells.values(), strict=True)
+        for m, r in zip(kg, one.read(kg * G, rng, whole), strict=True)
+    ]
+
+
+def foot_and_cell(to: Path, rng: Rng) -> Made:
+    """Two German feet of three cells, the foot and the cell in a column each, newtons and mV."""
+    pairs = [(foot, part) for foot in ("li", "re") for part in ("vorn", "hl", "hr")]
+    cells = _cells(rng, [f"{foot}_{part}" for foot, part in pairs], "volt")
+    lines = [
+        f"{foot};{part};{m * G:.4f};{r:.5f}".replace(".", ",")
+        for foot, part, m, r in _by_two(cells, pairs, rng, whole=False)
+    ]
+    return Made([write(to / "kalibrierung.csv", ["Fuss;Zelle;Last_N;U_V", *lines])],
+                truth_of(cells, 98))  # fmt: skip
+
+
+def four_legs_of_numbers(to: Path, rng: Rng) -> Made:
+    """Four legs by their letters, cells by their numbers, behind the load: ``LF``, ``2``."""
+    pairs = [(leg, str(n)) for leg in ("LF", "RF", "LH", "RH") for n in (1, 2, 3)]
+    cells = _cells(rng, [f"{leg}_{n}" for leg, n in pairs])
+    lines = [f"{m:g},{leg},{n},{r:.0f}" for leg, n, m, r in _by_two(cells, pairs, rng)]
+    return Made([write(to / "bench.csv", ["kg,leg,sensor,raw", *lines])], truth_of(cells, 98))
+
+
+def foot_once_above_its_rows(to: Path, rng: Rng) -> Made:
+    """A sheet whose merged cells name foot and cell once, the operator in every row."""
+    pairs = [(foot, part) for foot in ("gauche", "droit") for part in ("avant", "arrière")]
+    cells = _cells(rng, [f"{foot}_{part}" for foot, part in pairs])
+    lines, last = [], ("", "")
+    for foot, part, m, r in _by_two(cells, pairs, rng):
+        said = ("" if foot == last[0] else foot, "" if (foot, part) == last else part)
+        lines.append(f"{said[0]};{said[1]};PM;{m:g};{r:.0f}")
+        last = (foot, part)
+    return Made([write(to / "pesees.csv", ["pied;capteur;qui;masse_kg;brut", *lines])],
+                truth_of(cells, 98))  # fmt: skip
+
+
+def cells_of_two_persons(to: Path, rng: Rng) -> Made:
+    """Two people loaded the same four cells: who did it names no cell."""
+    cells = _cells(rng, ["c1", "c2", "c3", "c4"])
+    kg = np.array(LADDER_KG)
+    lines = [
+        f"{who},{name},{m:g},{r:.0f}"
+        for who in ("ana", "ben") for name, one in cells.items()
+        for m, r in zip(kg, one.read(kg * G, rng), strict=True)
+    ]  # fmt: skip
+    return Made([write(to / "log.csv", ["operator,cell,load_kg,counts", *lines])],
+                truth_of(cells, 98))  # fmt: skip
+
+
+def letters_behind_a_letter(to: Path, rng: Rng) -> Made:
+    """Four cells side by side, called by the foot's letter and their own: ``dA dB dC dD``."""
+    cells = _cells(rng, ["da", "db", "dc", "dd"])
+    grams = 1000 * np.tile(LADDER_KG, 2)
+    read = [one.read(grams / 1000 * G, rng) for one in cells.values()]
+    lines = ["\t".join(f"{v:.0f}" for v in row) for row in zip(grams, *read, strict=True)]
+    return Made([write(to / "bancada.txt", ["peso_g\tdA\tdB\tdC\tdD", *lines])],
+                truth_of(cells, 98))  # fmt: skip
+
+
+def _lvm(
+    to: Path, rng: Rng, names: Sequence[str], cells: Sequence[Cell], above: str = ""
+) -> list[Path]:
+    """A file each under lines of a header: load, mean and scatter of a bridge in mV."""
+    paths = []
+    for name, one in zip(names, cells, strict=True):
+        kg = np.tile(LADDER_KG, 3)
+        read = one.read(kg * G, rng, whole=False)
+        lines = [f"{k};{m:.3f};{r:.5f};{rng.uniform(1e-3, 2e-3):.4f}".replace(".", ",")
+                 for k, (m, r) in enumerate(zip(kg, read, strict=True), 1)]  # fmt: skip
+        head = [f"{above};{name}"] if above else []
+        paths.append(write(to / f"{name}.lvm", ["Messung", "Speisung_V;5,000", *head, "",
+                                                "Nr;Masse_kg;U_mV;s_mV", *lines]))  # fmt: skip
+    return paths
+
+
+def _bridge(rng: Rng, scale: float) -> Cell:
+    return Cell(scale, float(rng.uniform(-3, 3)), 2e-4)
+
+
+def files_numbered_by_cell(to: Path, rng: Rng) -> Made:
+    """``Z1`` … ``Z3`` name file and specimen; two scales are alike to 0.1 %."""
+    names = ["Z1", "Z2", "Z3"]
+    cells = [_bridge(rng, scale) for scale in (39.5, 39.46, 38.8)]
+    truth = truth_of(dict(zip(names, cells, strict=True)), 98)
+    return Made(_lvm(to, rng, names, cells, "Prüfling"), truth)
+
+
+def files_numbered_without_a_word(to: Path, rng: Rng) -> Made:
+    """``K01`` … ``K04``, nothing above the table: only the lines say that they are four cells."""
+    names = ["K01", "K02", "K03", "K04"]
+    cells = [_bridge(rng, scale) for scale in (39.5, 40.3, 38.8, 41.0)]
+    return Made(_lvm(to, rng, names, cells), truth_of(dict(zip(names, cells, strict=True)), 98))
+
+
+def runs_of_one_cell(to: Path, rng: Rng) -> Made:
+    """``t1`` … ``t3`` of one cell, whose zero is another one after each mounting."""
+    scale = 39.5
+    cells = [Cell(scale, bias, 2e-4) for bias in (1.0, 1.3, 0.9)]
+    truth = Truth({".scale": scale}, {".scale": 0.005 * scale})
+    return Made(_lvm(to, rng, ["t1", "t2", "t3"], cells), truth)
+
+
+SPLIT_NAMES = (
+    foot_and_cell, four_legs_of_numbers, foot_once_above_its_rows, cells_of_two_persons,
+    letters_behind_a_letter, files_numbered_by_cell, files_numbered_without_a_word,
+    runs_of_one_cell,
+)  # fmt: skip
