@@ -232,6 +232,14 @@ def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
     return Part(plan, (first.path,), escaped(first.path.name), beside)
 
 
+def _at_stamps_of(first: FileGuess, file: FileGuess, cell: ColumnGuess) -> FloatArray | None:
+    """Readings of a cell at the stamps of another log; as they stand where stamps are dates."""
+    ours, theirs = (seconds_of(one.of("time")[0]) for one in (first, file))
+    if file is first or ours is None or theirs is None or cell.values is None:
+        return cell.values
+    return np.interp(ours, theirs, cell.values)
+
+
 def _foot_of(file: FileGuess, word: str) -> str:
     """The foot that a file is of, by its cells or by its name; empty where neither says it."""
     sides = {c.name.side for c in readings(file)}
@@ -340,7 +348,10 @@ def _per_channel(group: list[FileGuess], names: Names) -> Part | None:
             cell.name, side=made.side, place=made.place, owner=made.owner or address,
             quantity="reading",
         )  # fmt: skip
-        renamed.append(replace(cell, column=column, name=name))
+        values = _at_stamps_of(group[0], file, cell) if timed else cell.values
+        if values is None or values.size != group[0].rows:
+            return None  # by rows no one recording
+        renamed.append(replace(cell, column=column, name=name, values=values))
     first = group[0]
     own = tuple(c for c in first.columns if c.column != renamed[0].column)
     plan = plan_of(replace(first, columns=(*own, *renamed)))

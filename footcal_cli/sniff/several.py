@@ -18,6 +18,7 @@ from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes
+from footcal_cli.sniff.known_pieces import with_known_pieces
 from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
@@ -39,7 +40,7 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
-    parts, others = _planned(walked(files))
+    parts, others = _planned(walked(with_known_pieces(files)))
     made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [

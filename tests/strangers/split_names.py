@@ -130,8 +130,37 @@ def runs_of_one_cell(to: Path, rng: Rng) -> Made:
     return Made(_lvm(to, rng, ["t1", "t2", "t3"], cells), truth)
 
 
+def labels_of_discs(to: Path, rng: Rng) -> Made:
+    """Displays in kg beside what lay there (``D1+D2``), and a table of the discs in French."""
+    masses = {"D1": 1.0003, "D2": 1.9991, "D3": 2.0004, "D4": 4.9987}
+    table = [f"{name};{kg:.4f}".replace(".", ",") for name, kg in masses.items()]
+    cells = _cells(rng, ["c_1", "c_2", "c_3"], "newton")
+    paths = [write(to / "disques.csv", ["disque;masse_kg", *table])]
+    for serie, order in enumerate((("D1", "D2", "D1+D2"), ("D3", "D3+D1", "D4"), ("D4+D3",)), 1):
+        said = ["-", *order, "D1+D2+D3+D4", *order[::-1], "-"]
+        kg = np.array([sum(masses.get(part, 0.0) for part in word.split("+")) for word in said])
+        read = [one.read(kg * G, rng, whole=False) / G for one in cells.values()]
+        lines = [";".join([f"{k}", word, *(f"{v:.4f}" for v in row)]).replace(".", ",")
+                 for k, (word, *row) in enumerate(zip(said, *read, strict=True), 1)]  # fmt: skip
+        head = "etape;masse_posee;C1_kg;C2_kg;C3_kg"
+        paths.append(write(to / f"serie_{serie}.csv", [head, *lines]))
+    return Made(paths, truth_of(cells, 98))
+
+
+def weights_by_their_names(to: Path, rng: Rng) -> Made:
+    """One cell under named weights, ``2x A`` among them, the table in grams."""
+    grams = {"A": 500.0, "B": 1000.0, "C": 2000.0}
+    one = cell(rng)
+    said = ["none", "A", "B", "2x A & B", "C", "B and C", "C", "A", "none"] * 2
+    sums = {"none": 0.0, "2x A & B": 2000.0, "B and C": 3000.0, **grams}
+    kg = np.array([sums[word] for word in said]) / 1000
+    lines = [f"{word},{r:.0f}" for word, r in zip(said, one.read(kg * G, rng), strict=True)]
+    table = write(to / "weights.csv", ["weight,mass_g", *(f"{k},{v:g}" for k, v in grams.items())])
+    return Made([write(to / "log.csv", ["put_on,raw", *lines]), table], truth_of(one, 30))
+
+
 SPLIT_NAMES = (
     foot_and_cell, four_legs_of_numbers, foot_once_above_its_rows, cells_of_two_persons,
     letters_behind_a_letter, files_numbered_by_cell, files_numbered_without_a_word,
-    runs_of_one_cell,
+    runs_of_one_cell, labels_of_discs, weights_by_their_names,
 )  # fmt: skip
