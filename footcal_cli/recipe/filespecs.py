@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Literal, Self
 
@@ -87,6 +88,8 @@ class JoinSpec(Frozen):
     `file` lies in the log's folder; its own ``[[files]]`` entry says how it is read. `by` time or
     row; `offset_s` is added to its stamps; `how` fills in between them, no farther than
     `tolerance_s` away and no closer to a stamp than `apart_s` (a load that is still being put on).
+    `only_where` leaves out all other rows of the joined file (``{ cell = "A" }``), where it is a
+    sheet of several cells and the log is of one.
     """
 
     file: str
@@ -95,6 +98,7 @@ class JoinSpec(Frozen):
     how: Literal["interpolate", "nearest", "previous"] = "interpolate"
     tolerance_s: float = Field(default=0.1, gt=0)
     apart_s: float = Field(default=0.0, ge=0)
+    only_where: Mapping[str, str] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, config=WRITTEN)

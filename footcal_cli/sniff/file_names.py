@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +41,7 @@ class Beside:
     how: str = ""
     tolerance_s: float = 0.1
     apart_s: float = 0.0
+    only_where: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -65,8 +65,12 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
         if blank.lines[0] != _ROBOT:
             lines += ["", _asked(blank), *blank.lines]
     several = len(parts) > 1
+    written: set[str] = set()
     for part in parts:
-        lines += ["", *_file_lines(part, several)]
+        for block in "\n".join(_file_lines(part, several)).split("\n\n"):
+            if block not in written:  # a sheet of several cells is described once
+                lines += ["", *block.splitlines()]
+                written.add(block)
     if not several:
         lines += ["", "[columns]", *_entries(parts[0].plan.entries)]
     lines += ["", "[data]"]
@@ -200,6 +204,8 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         if beside.how:
             offset += f", how = {_quoted(beside.how)}, tolerance_s = {beside.tolerance_s:g}"
             offset += f", apart_s = {beside.apart_s:g}" * bool(beside.apart_s)
+        if beside.only_where:
+            offset += f", only_where = {_table(beside.only_where)}"
         apart = beside.file.path.parent != part.paths[0].parent
         place = Path(os.path.relpath(beside.file.path, part.paths[0].parent))
         name = _quoted(place.as_posix() if apart else beside.file.path.name)

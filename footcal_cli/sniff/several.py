@@ -24,7 +24,7 @@ from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files, posed_files
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
-from footcal_cli.sniff.protocol import by_protocol
+from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.six_axis import HUNG_FIRST
@@ -90,6 +90,8 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         if joined:
             return joined, []
     for group, rest in permutations(alike, 2) if len(alike) == 2 else ():
+        if len(group) > len(rest) == 1 and (each := by_sheet_of_cells(group, rest[0])):
+            return each, []
         if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
             return [made], []
         if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
-from footcal_cli.tables.cells import cell_of, held
+from footcal_cli.tables.cells import cell_of, held, joined_texts
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names
 from footcal_cli.tables.longfiles import columns_of
-from footcal_cli.tables.pivot import labels_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.registers import with_high_word
@@ -103,7 +102,7 @@ def source_columns(
     found = {}
     for name, place in places.items():
         if place.in_file:
-            found[name] = cell_of(_joined_texts(raw, place, path), place, reading, path)
+            found[name] = cell_of(joined_texts(raw, place, path), place, reading, path)
             if place.only_where:
                 found[name] = _only_where(found[name], raw, place)
             for other, unit in place.plus.items():
@@ -203,24 +202,6 @@ def _with_nanoseconds(
     return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
 
 
-def _joined_texts(
-    raw: Mapping[str, RawColumn], place: ForeignColumn, path: Path
-) -> RawColumn:  # fmt: skip
-    """A column, its texts joined by ``_`` to those of the column that `followed_by` names."""
-    first = raw[place.column]
-    if not place.followed_by:
-        return first
-    if place.followed_by not in raw:
-        raise DataError(
-            f"missing column '{place.followed_by}' that followed_by names"
-            f"{nearest(place.followed_by, sorted(raw))}", file=path,
-            remedy="correct followed_by in [columns]", foreign=True,
-        )  # fmt: skip
-    both = [held(c) if place.held else c for c in (first, raw[place.followed_by])]
-    empty = both[0].empty | both[1].empty
-    return replace(first, kind="text", values=labels_of(both), empty=empty, said=True)
-
-
 def _divided(raw: RawColumn, by: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
     """A column by another one; empty where that is nought."""
     for one, name in ((raw, place.column), (by, place.over)):
@@ -292,13 +273,7 @@ def _of_these(
         asked = ", ".join(f'{name} = "{said}"' for name, said in several[0].only_where.items())
         raise DataError(f"no row has {asked}", file=path, column=several[0].column,
                         remedy="correct only_where in [columns]")  # fmt: skip
-    return {
-        name: replace(
-            column, values=column.values[kept], empty=column.empty[kept],
-            lines=None if column.lines is None else column.lines[kept],
-        )
-        for name, column in found.items()
-    }  # fmt: skip
+    return {name: column.of_rows(kept) for name, column in found.items()}
 
 
 def _joined(
@@ -313,7 +288,9 @@ def _joined(
         name: ForeignColumn(column) for name, column in asked.items()
         if column in source_names(join.path, join.reading)
     }  # fmt: skip
+    kept = _rows_meant(join)
     raw = source_columns(join.path, join.reading, there, frozenset(texts))
+    raw = {name: column if kept is None else column.of_rows(kept) for name, column in raw.items()}
     if join.by == "row":
         short = [len(column.values) for column in raw.values()][:1]
         if short and short[0] != rows:
@@ -324,6 +301,7 @@ def _joined(
         return raw
     ours = time_of(path, reading)
     theirs = time_of(join.path, join.reading) + join.offset_s
+    theirs = theirs if kept is None else theirs[kept]
     order = np.argsort(theirs, kind="stable")
     found = {
         name: _at_times(ours, theirs[order], column, order, join) for name, column in raw.items()
@@ -335,6 +313,23 @@ def _joined(
             remedy="give offset_s of the join, which is added to this file's stamps",
         )  # fmt: skip
     return found
+
+
+def _rows_meant(join: Join) -> NDArray[np.bool_] | None:
+    """Rows of a joined file that `only_where` leaves, shape (n,); None for all."""
+    if not join.only_where:
+        return None
+    asked = {name: ForeignColumn(name) for name in join.only_where}
+    found = source_columns(join.path, replace(join.reading, joins=()), asked, frozenset(asked))
+    kept = np.logical_and.reduce([
+        [str(word).strip() == join.only_where[name] for word in column.values.tolist()]
+        for name, column in found.items()
+    ])  # fmt: skip
+    if not kept.any():
+        said = ", ".join(f'{name} = "{word}"' for name, word in join.only_where.items())
+        raise DataError(f"no row has {said}", file=join.path, column=next(iter(asked)),
+                        remedy="correct only_where of join in [[files]]")  # fmt: skip
+    return np.asarray(kept)
 
 
 def _at_times(

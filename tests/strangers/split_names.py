@@ -159,8 +159,29 @@ def weights_by_their_names(to: Path, rng: Rng) -> Made:
     return Made([write(to / "log.csv", ["put_on,raw", *lines]), table], truth_of(one, 30))
 
 
+def steps_in_a_sheet(to: Path, rng: Rng) -> Made:
+    """A recording of each cell by its own clock, and a sheet of cell, mass, start and end in ms.
+
+    Between the steps a hand moves the weights; the recordings differ in length.
+    """
+    cells = _cells(rng, ["A", "B", "C"])
+    sheet, paths = ["celula,passo,massa_kg,inicio_ms,fim_ms"], []
+    for k, (name, one) in enumerate(cells.items()):
+        begins, lines = 3000 + 411 * k, ["# HX711 10SPS", "millis,bruto"]
+        now = float(begins)
+        for step, kg in enumerate(LADDER_KG, 1):
+            held, moved = float(rng.uniform(9e3, 12e3)), float(rng.uniform(3e3, 4e3))
+            sheet.append(f"{name},{step},{kg:g},{now + moved:.0f},{now + moved + held:.0f}")
+            for at in np.arange(now, now + moved + held, 100.0):
+                put = kg * G if at > now + moved - 300 else float(rng.uniform(0, 100))
+                lines.append(f"{at:.0f},{one.read(np.array(put), rng):.0f}")
+            now += moved + held
+        paths.append(write(to / f"log_celula_{name}.txt", lines))
+    return Made([write(to / "folha.csv", sheet), *paths], truth_of(cells, 98))
+
+
 SPLIT_NAMES = (
     foot_and_cell, four_legs_of_numbers, foot_once_above_its_rows, cells_of_two_persons,
     letters_behind_a_letter, files_numbered_by_cell, files_numbered_without_a_word,
-    runs_of_one_cell, labels_of_discs, weights_by_their_names,
+    runs_of_one_cell, labels_of_discs, weights_by_their_names, steps_in_a_sheet,
 )  # fmt: skip
