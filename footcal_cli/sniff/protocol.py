@@ -78,7 +78,7 @@ def by_protocol(
     apart = _apart(at, since, ends, cells) if timed else 0.0
     if apart is None or (offset and not timed):
         return _asked(file, sheet) if sheet.of("label") else None
-    longest = float(np.max(ends - since)) if until is None else float(np.min(ends - since))
+    longest = float(np.max(ends - since)) if until is None else float(np.min(ends - since)) - apart
     on = _holds(at, since, since + longest, apart)
     stem = sheet.path.name.rsplit(".", 1)[0]
     put = np.where(on < 0, np.nan, numbers_of(loads[0])[rows][on])
@@ -226,7 +226,7 @@ def _apart(
     read = np.column_stack([numbers_of(c) for c in cells])
 
     def scatters(apart: float) -> FloatArray:
-        on = _holds(at, since, ends, apart)
+        on = _holds(at, since, ends - apart, apart)  # hands are early at the end of a step, too
         parts = [read[on == k] for k in range(since.size)]
         if min(len(part) for part in parts) < _LEAST_ROWS:
             return np.empty((0, read.shape[1]))
