@@ -286,7 +286,7 @@ class Recipe(Frozen):
                     file=self.path, remedy="let one [[files]] entry hold all joins",
                 )  # fmt: skip
             how = (join.by, join.offset_s, join.how, join.tolerance_s, join.apart_s)
-            joins.append(Join(beside, other, *how))
+            joins.append(Join(beside, other, *how, join.only_where))
         return Reading(
             {**self.columns, **spec.columns}, spec.layout(), spec.rate_hz, spec.wide_into,
             spec.wide, tuple(joins), spec.rows_of, plates, self.robot.world_up,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Literal, Self
 
@@ -26,7 +27,9 @@ class Place(ForeignColumn):
     of 16 bits (Modbus) whose low one is `column`, `over` the column that its numbers are divided by
     (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
     other columns that come on top and their units
-    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `names` translates texts,
+    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `followed_by` a column whose texts
+    stand behind those of `column` (``{ column = "foot", followed_by = "cell" }`` makes ``left_1``
+    of ``left`` and ``1``), `names` translates texts, the joined ones where there are two columns,
     `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296); of a
     cell's counts, the number of codes of a converter whose sign was lost.
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
@@ -61,6 +64,8 @@ class Place(ForeignColumn):
             raise ValueError("an empty cell means what stands above it, or nothing: held, missing")
         if self.high_word and not self.column:
             raise ValueError("high_word stands next to the column of low words")
+        if self.followed_by and not self.column:
+            raise ValueError("followed_by stands next to the column of what comes first")
         if self.over and not self.column:
             raise ValueError("over stands next to the column that is divided by it")
         if self.nanoseconds and not self.column:
@@ -83,6 +88,8 @@ class JoinSpec(Frozen):
     `file` lies in the log's folder; its own ``[[files]]`` entry says how it is read. `by` time or
     row; `offset_s` is added to its stamps; `how` fills in between them, no farther than
     `tolerance_s` away and no closer to a stamp than `apart_s` (a load that is still being put on).
+    `only_where` leaves out all other rows of the joined file (``{ cell = "A" }``), where it is a
+    sheet of several cells and the log is of one.
     """
 
     file: str
@@ -91,6 +98,7 @@ class JoinSpec(Frozen):
     how: Literal["interpolate", "nearest", "previous"] = "interpolate"
     tolerance_s: float = Field(default=0.1, gt=0)
     apart_s: float = Field(default=0.0, ge=0)
+    only_where: Mapping[str, str] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, config=WRITTEN)

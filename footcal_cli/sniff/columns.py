@@ -49,6 +49,7 @@ from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.topics import stamps_of, topic
 from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, degrees, known_unit
 from footcal_cli.sniff.vocabulary import COUNTED, NUMBERS, OF_A_ROW
+from footcal_cli.sniff.warmth import with_temperatures
 from footcal_cli.tables.carried import ADDED, REMOVED
 from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
 from footcal_cli.tables.pivot import labels_of, own_names, pivoted_names
@@ -201,6 +202,7 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     found = without_derived(with_flight_angles(without_supply(one_statistic(columns))))
     found = _without_silent(one_clock([_numbered(c) for c in without_orders(found)], found))
     found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
+    found = with_temperatures(found)
     if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
+from footcal_cli.sniff.cells_by_files import files_of_cells, weights_per_channel
 from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
@@ -42,6 +43,7 @@ class Beside:
     how: str = ""
     tolerance_s: float = 0.1
     apart_s: float = 0.0
+    only_where: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -119,25 +121,9 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             and (names.of_cells or loads_named(names) is None)
             and (names.of_cells or not any(re.fullmatch(r"[\d_-]*", w) for w in names.middle))
         ):  # fmt: skip
-            return Part(_weights_per_channel(plan, names), paths, names.match)
+            return Part(weights_per_channel(plan, names), paths, names.match)
+    plan = files_of_cells(plan, group, names) or plan
     return None if plan is None else Part(plan, paths, names.match)
-
-
-def _weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:
-    """Known weights in every file, and a file for each channel."""
-    called = {word: f"cell_{word}" if word.isdecimal() else word for word in names.middle}
-    channel = Entry(
-        file_name=names.expression, why="the files' names differ so",
-        names={word: name for word, name in called.items() if word != name},
-    )  # fmt: skip
-    entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
-    if "counts" not in entries:
-        entries["counts"] = next(v for k, v in plan.entries.items() if k.endswith("_counts"))
-    return replace(
-        plan, kind="known weights, one file per channel", role="weights",
-        channels=tuple(called.values()),
-        entries={**entries, "channel": channel},
-    )  # fmt: skip
 
 
 def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:
@@ -258,6 +244,14 @@ def _feet_of(group: Sequence[FileGuess], names: Names) -> list[str]:
     return [_TWO_LEGS.get(leg, leg) for leg in legs] if {*legs} == {*_TWO_LEGS} else legs
 
 
+def _at_stamps_of(first: FileGuess, file: FileGuess, cell: ColumnGuess) -> FloatArray | None:
+    """Readings of a cell at the stamps of another log; as they stand where stamps are dates."""
+    ours, theirs = (seconds_of(one.of("time")[0]) for one in (first, file))
+    if file is first or ours is None or theirs is None or cell.values is None:
+        return cell.values
+    return np.interp(ours, theirs, cell.values)
+
+
 def _foot_of(file: FileGuess, word: str) -> str:
     """The foot that a file is of, by its cells or by its name; empty where neither says it."""
     sides = {c.name.side for c in readings(file)}
@@ -366,7 +360,10 @@ def _per_channel(group: list[FileGuess], names: Names) -> Part | None:
             cell.name, side=made.side, place=made.place, owner=made.owner or address,
             quantity="reading",
         )  # fmt: skip
-        renamed.append(replace(cell, column=column, name=name))
+        values = _at_stamps_of(group[0], file, cell) if timed else cell.values
+        if values is None or values.size != group[0].rows:
+            return None  # by rows no one recording
+        renamed.append(replace(cell, column=column, name=name, values=values))
     first = group[0]
     own = tuple(c for c in first.columns if c.column != renamed[0].column)
     plan = plan_of(replace(first, columns=(*own, *renamed)))

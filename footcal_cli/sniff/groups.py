@@ -135,8 +135,9 @@ def _kind(column: ColumnGuess) -> tuple[object, ...] | str:
 
 
 def _without_its_letter(name: str) -> tuple[str, bool]:
-    """A name without the letter or the number by which its siblings differ: A, B; ch_1, ch_2."""
-    found = re.fullmatch(r"(.*?)(?:(\d+)|(?<![A-Za-z])[A-Za-z])", split_unit(name)[0].strip())
+    """A name without what its siblings differ by, a letter or number: A, B; ch_1, ch_2; dA, dB."""
+    ends = r"(\d+)|(?<![A-Za-z])[A-Za-z]|(?<=[a-z])[A-Z]"
+    found = re.fullmatch(rf"(.*?)(?:{ends})", split_unit(name)[0].strip())
     return (found[1], found[2] is not None) if found else (name, False)
 
 

@@ -38,7 +38,8 @@ class ColumnGuess:
         Different texts of a text column, in order of appearance.
     codes
         Which of `words` stands in each row, shape (n,), −1 where none does.
-    format, pattern, nanoseconds, plus, wraps_at, summed, held, missing, names, high_word, over
+    format, pattern, nanoseconds, plus, wraps_at, summed, held, missing, names, high_word, over,
+    followed_by
         How it is read, as in `footcal_cli.tables.reading.ForeignColumn`; `values` are read so:
         they hold sums, ratios and whole registers, and a counter goes on counting.
     stamps
@@ -65,6 +66,7 @@ class ColumnGuess:
     stamps: FloatArray | None = None
     high_word: str = ""
     over: str = ""
+    followed_by: str = ""
 
     @property
     def quantity(self) -> Quantity:

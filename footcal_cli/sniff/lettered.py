@@ -1,4 +1,4 @@
-"""Cells under two feet by a letter for the foot and the cell's own: ``U_LA`` … ``U_RC``, ``Lfi``.
+"""Cells under two feet by a letter for the foot and the cell's own: ``U_LA``, ``Lfi``, ``eA``.
 
 Room: sniff; asked by columns. One name alone may end in a unit (``U_LB``) or in a place (``RF``).
 """
@@ -14,7 +14,14 @@ from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.vocabulary import PLACES
 
-_ENDS = re.compile(r"(?P<stem>.*(?:[\W_]|^))(?P<side>[LR])_?(?P<cell>[A-Z])(?P<unit>[\W_]*[\w/]*)")
+_ENDS = re.compile(
+    r"(?P<stem>.*(?:[\W_]|^))(?P<side>[LRlreigsdEIGSD])_?(?P<cell>[A-Z])(?P<unit>[\W_]*[\w/]*)"
+)
+_SIDES = {
+    "L": "R", "l": "r", **dict.fromkeys("eigs", "d"), **dict.fromkeys("EIGS", "D"),
+}  # fmt: skip
+"""Letter of a left foot -> that of the right one: English, and esquerdo, izquierdo, gauche,
+sinistro beside direito, derecho, droit, destro."""
 _WORDS = re.compile(
     r"(?P<stem>.*(?:[\W_]|^))(?P<side>[LR])(?P<cell>(?![fmt]?[xyz])[a-z]{1,3}\d?)(?P<unit>)"
 )
@@ -34,16 +41,20 @@ def with_lettered_cells(columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
             kinds[found["stem"], found["unit"]][column.column] = found
     cells: dict[str, re.Match[str]] = {}
     for own in kinds.values():
-        feet = {side: {m["cell"] for m in own.values() if m["side"] == side} for side in "LR"}
+        feet = {m["side"]: {n["cell"] for n in own.values() if n["side"] == m["side"]}
+                for m in own.values()}  # fmt: skip
+        left = next((side for side in feet if _SIDES.get(side) in feet), None)
+        if left is None or len(feet) > 2:
+            continue
         places = all((m["side"] + m["cell"]).lower() in PLACES for m in own.values())
-        whole = feet["L"] == feet["R"] and len(feet["L"]) >= _FEWEST
-        if whole and not places and not feet["L"] <= _NO_PLACE:
+        whole = feet[left] == feet[_SIDES[left]] and len(feet[left]) >= _FEWEST
+        if whole and not places and not feet[left] <= _NO_PLACE:
             cells |= own
     return [_of_a_foot(c, cells[c.column]) if c.column in cells else c for c in columns]
 
 
 def _of_a_foot(column: ColumnGuess, found: re.Match[str]) -> ColumnGuess:
-    side = "left" if found["side"] == "L" else "right"
+    side = "left" if found["side"] in _SIDES else "right"
     unit = column.unit if found["unit"] or found.re is _WORDS else None
     place = f"{side}_{found['cell'].lower()}"
     name = NameGuess(

@@ -6,22 +6,24 @@ lies still.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_loads import escaped
-from footcal_cli.sniff.file_names import Beside, Part
+from footcal_cli.sniff.file_loads import Names, escaped
+from footcal_cli.sniff.file_names import Beside, Part, called
 from footcal_cli.sniff.groups import readings, wrenches
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Blank, of
+from footcal_cli.sniff.plan import Blank, Entry, of
 from footcal_cli.sniff.texts import numbers_as_labels
 from footcal_cli.sniff.vocabulary import OF_A_ROW
 from footcal_cli.tables.reading import ForeignColumn, Reading
 from footcal_cli.tables.sources import time_of
+from footcal_cli.tables.units import TIMES
 
 _FEWER = 4
 """A stamp of a protocol is of so many rows of the log at least."""
@@ -36,12 +38,22 @@ _RESTLESS = 3.0
 """Scatters of the middles of holds beyond which a hold is not still."""
 
 
-def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
+def by_protocol(
+    file: FileGuess, sheet: FileGuess, only: tuple[ColumnGuess, str] | None = None
+) -> Part | None:
     """A log of cells with the loads of another file, by stamps or numbers; None without these.
 
     Clocks that have nothing in common are taken for those of two time zones. Where the readings
     never stand still between the stamps, right stamps are asked for.
+
+    Parameters
+    ----------
+    file, sheet
+        The log, and the file of loads.
+    only
+        A column of the sheet and what it says in the rows that are of this log; None for all.
     """
+    sheet = _with_spans(sheet)
     sheet = replace(sheet, columns=tuple(_cell_numbers(c) for c in sheet.columns))
     loads = [c for c in sheet.of("load") if c.values is not None]
     if len(loads) != 1 or file.of("load") or readings(sheet) or wrenches(numbered(file)):
@@ -50,6 +62,10 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     if not cells or keys is None:
         return None
     (mine, at), (stamp, since), until = keys
+    rows = np.ones(since.size, dtype=bool)
+    if only is not None:
+        rows = codes_of(only[0]) == only[0].words.index(only[1])
+        since, until = since[rows], None if until is None else until[rows]
     timed = mine.quantity == "time"
     if since.size < _LEAST_ROWS or not np.all(np.diff(since) > 0):
         return None
@@ -63,16 +79,16 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     apart = apart_of(at, since, ends, cells) if timed else 0.0
     if apart is None or (offset and not timed):
         return _asked(file, sheet) if sheet.of("label") else None
-    longest = float(np.max(ends - since)) if until is None else float(np.min(ends - since))
+    longest = float(np.max(ends - since)) if until is None else float(np.min(ends - since)) - apart
     on = holds(at, since, since + longest, apart)
     stem = sheet.path.name.rsplit(".", 1)[0]
-    put = np.where(on < 0, np.nan, numbers_of(loads[0])[on])
+    put = np.where(on < 0, np.nan, numbers_of(loads[0])[rows][on])
     why = f"by {sheet.path.name}, from there to the next"
     joined = [
         replace(loads[0], column=f"{stem}.{loads[0].column}", values=put, missing=("",), why=why)
     ]
     labels = [c for c in sheet.of("label") if len(c.words) > 1 and c.codes is not None]
-    for label in labels[:1]:
+    for label in labels[:1] if only is None else ():
         assert label.codes is not None
         codes = np.where(on < 0, -1, label.codes[on])
         joined.append(replace(label, column=f"{stem}.{label.column}", codes=codes))
@@ -89,7 +105,8 @@ def by_protocol(file: FileGuess, sheet: FileGuess) -> Part | None:
     beside = replace(sheet, columns=(clock, *(c for c in sheet.columns if c is not stamp)))
     said = "what it says holds until its next row"
     said += f"; rows closer to a stamp than apart_s = {apart:g} are left out" * bool(apart)
-    join = Beside(beside, "time", offset, said, "previous", longest, apart)
+    meant = {} if only is None else {only[0].column: only[1]}
+    join = Beside(beside, "time", offset, said, "previous", longest, apart, meant)
     if offset:
         said = f"{sheet.path.name}: its clock is taken to be {offset / 3600:+g} h off"
         plan = replace(plan, warnings=(*plan.warnings, said))
@@ -102,6 +119,44 @@ def _cell_numbers(column: ColumnGuess) -> ColumnGuess:
         return column
     words = numbers_as_labels(column.values)
     return column if words is None else replace(words, column=column.column)
+
+
+def _with_spans(sheet: FileGuess) -> FileGuess:
+    """A sheet without stamps of which two columns of times are the start and end of each row."""
+    spans = [c for c in sheet.of("unknown") if c.values is not None and c.unit in TIMES]
+    if sheet.of("time") or len(spans) != 2 or not np.all(np.greater(*map(numbers_of, spans[::-1]))):
+        return sheet
+    made = {c.column: c.as_quantity("time", "likely", "start and end of a step") for c in spans}
+    return replace(sheet, columns=tuple(made.get(c.column, c) for c in sheet.columns))
+
+
+def by_sheet_of_cells(group: Sequence[FileGuess], sheet: FileGuess) -> list[Part]:
+    """Logs of one cell each, and a sheet that says what lay on which cell when, on their clocks.
+
+    Empty where a log has no rows in the sheet that are of its name.
+    """
+    words = Names.of(called([file.path for file in group])).middle
+    plain = [word.strip("_- ").lower() for word in words]
+    for raw in sheet.columns:
+        label = _cell_numbers(raw)
+        named = {word.strip().lower(): word for word in label.words}
+        if label.codes is None or len({*plain}) < len(plain) or not {*plain} <= named.keys():
+            continue
+        parts = [
+            by_protocol(f, sheet, (label, named[w])) for f, w in zip(group, plain, strict=True)
+        ]
+        made = [part for part in parts if part is not None and part.plan.role == "weights"]
+        if len(made) == len(group):
+            return [_of_cell(p, named[w], label) for p, w in zip(made, plain, strict=True)]
+    return []
+
+
+def _of_cell(part: Part, word: str, label: ColumnGuess) -> Part:
+    """A part whose channel is the cell that its file is called after."""
+    name = f"cell_{word}" if word.isdecimal() else word
+    channel = Entry(value=name, why=f"the file's name, and {label.column} of the sheet")
+    entries = {**part.plan.entries, "channel": channel}
+    return replace(part, plan=replace(part.plan, entries=entries, channels=(name,)))
 
 
 def _asked(file: FileGuess, sheet: FileGuess) -> Part | None:
@@ -127,6 +182,9 @@ def _keys(
     if file.of("time") and sheet.of("time"):
         mine, stamp = file.of("time")[0], sheet.of("time")[0]
         at, since = (seconds_by(f, c) for f, c in ((file, mine), (sheet, stamp)))
+        for other in sheet.of("time")[1:2]:
+            if np.all((end := seconds_by(sheet, other)) > since):
+                return (mine, at), (stamp, since), end
     else:
         own = [c for c in file.of("sequence") if c.values is not None]
         counted = [c for c in sheet.of("sequence") if c.values is not None]
@@ -169,7 +227,7 @@ def apart_of(
     read = np.column_stack([numbers_of(c) for c in cells])
 
     def scatters(apart: float) -> FloatArray:
-        on = holds(at, since, ends, apart)
+        on = holds(at, since, ends - apart, apart)  # hands are early at the end of a step, too
         parts = [read[on == k] for k in range(since.size)]
         if min(len(part) for part in parts) < _LEAST_ROWS:
             return np.empty((0, read.shape[1]))

@@ -65,8 +65,12 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
         if blank.lines[0] != _ROBOT:
             lines += ["", _asked(blank), *blank.lines]
     several = len(parts) > 1
+    written: set[str] = set()
     for part in parts:
-        lines += ["", *_file_lines(part, several)]
+        for block in "\n".join(_file_lines(part, several)).split("\n\n"):
+            if block not in written:  # a sheet of several cells is described once
+                lines += ["", *block.splitlines()]
+                written.add(block)
     if not several:
         lines += ["", "[columns]", *_entries(parts[0].plan.entries)]
     lines += ["", "[data]"]
@@ -77,10 +81,16 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for part in parts:
         if part.plan.options:
             lines += ["", f"[{part.plan.command.replace('-', '_')}]", *part.plan.options]
-    commands = {part.plan.command for part in parts}
-    if len(commands) == 1 and (kind := _DIAGNOSED.get(commands.pop())):
-        lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}"]
+    if kind := _diagnosed(parts):
+        other = "    # or weights" * any(part.plan.command == "offline-fit" for part in parts)
+        lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}{other}"]
     return "\n".join(lines) + "\n"
+
+
+def _diagnosed(parts: Sequence[Part]) -> str:
+    """What `diagnose` calls the one experiment next to weights; empty for several, and weights."""
+    commands = {part.plan.command for part in parts} - {"offline-fit"}
+    return _DIAGNOSED.get(commands.pop(), "") if len(commands) == 1 else ""
 
 
 def _asked(blank: Blank) -> str:
@@ -101,6 +111,8 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
         open_yet = _wanted(parts, name)
         to_do = f", what is marked TO FILL IN filled in ({open_yet})" if open_yet else ""
         after += f"; after it {name}, with its parameters.json{to_do}"
+    if after and (kind := _diagnosed(parts)):
+        after += f"; then diagnose (experiment {kind}) says what the model lacks"
     return f"{said}{command}{after}"
 
 
@@ -127,6 +139,7 @@ def listing(parts: Sequence[Part]) -> list[str]:
         used: dict[str, tuple[str, Entry]] = {}
         choosing: set[str] = set()
         on_top: dict[str, str] = {}
+        behind: dict[str, str] = {}
         for name, entry in _all_entries(part.plan):
             choosing |= set(entry.only_where)
             if entry.column is not None:
@@ -135,6 +148,7 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 used[entry.column.column] = (both, entry)
                 below = entry.column.column
                 on_top |= {c: f"{below} in {unit}" for c, unit in entry.column.plus.items()}
+                behind |= {entry.column.followed_by: below}
             elif entry.file_name is not None:
                 lines.append(f"  {name}: from the file's name ({entry.why})")
             elif entry.value is not None and entry.sure == "guess":
@@ -148,6 +162,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 lines.append(f"  {column.column} -> read as it stands   sure: its name")
             elif column.column in on_top:
                 lines.append(f"  {column.column} -> on top of {on_top[column.column]}")
+            elif column.column in behind:
+                lines.append(f"  {column.column} -> behind {behind[column.column]}")
             elif column.column in choosing:
                 lines.append(f"  {column.column} -> which of them the load lies on")
             else:
@@ -188,6 +204,8 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         if beside.how:
             offset += f", how = {_quoted(beside.how)}, tolerance_s = {beside.tolerance_s:g}"
             offset += f", apart_s = {beside.apart_s:g}" * bool(beside.apart_s)
+        if beside.only_where:
+            offset += f", only_where = {_table(beside.only_where)}"
         apart = beside.file.path.parent != part.paths[0].parent
         place = Path(os.path.relpath(beside.file.path, part.paths[0].parent))
         name = _quoted(place.as_posix() if apart else beside.file.path.name)
@@ -301,7 +319,8 @@ def _table(pairs: Mapping[str, str], key: Callable[[str], str] = _key) -> str:
 
 
 _WRITTEN: Mapping[str, Callable[[Any], str]] = {
-    "value": _number_or_text, "file_name": _literal, "unit": _quoted, "factor": str,
+    "followed_by": _quoted, "value": _number_or_text, "file_name": _literal, "unit": _quoted,
+    "factor": str,
     "format": _quoted, "wraps_at": "{:.0f}".format, "summed": lambda _: "true", "plus": _table,
     "high_word": _quoted, "over": _quoted, "nanoseconds": _quoted,
     "names": lambda names: _table(names, _quoted), "only_where": _table, "missing": _list,

@@ -18,6 +18,7 @@ from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
+from footcal_cli.sniff.known_pieces import with_known_pieces
 from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
@@ -25,7 +26,7 @@ from footcal_cli.sniff.one_by_one import marked_files, posed_files
 from footcal_cli.sniff.placed_files import placed_files
 from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
-from footcal_cli.sniff.protocol import by_protocol
+from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.six_axis import HUNG_FIRST
@@ -41,7 +42,7 @@ _ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
-    parts, others = _planned(walked(files))
+    parts, others = _planned(walked(with_known_pieces(files)))
     made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
@@ -94,6 +95,8 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         if joined:
             return joined, []
     for group, rest in permutations(alike, 2) if len(alike) == 2 and not placed_apart else ():
+        if len(group) > len(rest) == 1 and (each := by_sheet_of_cells(group, rest[0])):
+            return each, []
         if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
             return [made], []
         if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):

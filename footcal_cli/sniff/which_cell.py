@@ -16,6 +16,7 @@ from footcal_cli.core.readings import straightness
 from footcal_cli.core.signals import span_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.pairs import pair_of_columns
 from footcal_cli.sniff.plan import Blank
 from footcal_cli.sniff.texts import numbers_as_labels
 from footcal_cli.sniff.units import split_unit
@@ -177,6 +178,8 @@ def cell_column(
     force, read = numbers_of(load), numbers_of(cell)
     if force.size != read.size:
         return labels[0] if labels else None
+    if (both := pair_of_columns(force, read, _in_order(file, labels))) is not None:
+        return both
     if len(labels) == 1:
         return labels[0]
     tests = [(split_lines(force, read, codes_of(c)), c) for c in labels]
@@ -190,6 +193,13 @@ def cell_column(
     best = tests[min(found)[1]][1]
     why = "its groups are straight in the load, each on a line of its own"
     return best.as_quantity("label", "likely", why)
+
+
+def _in_order(file: FileGuess, labels: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """Columns that may name cells, labels or small whole numbers, in the order of the file."""
+    found = {c.column: c for c in _numbers_and_places(file)}
+    found |= {c.column: as_label(c) or c for c in labels}  # a foot may stand once above its rows
+    return [found[c.column] for c in file.columns if c.column in found]
 
 
 def _numbers_and_places(file: FileGuess) -> list[ColumnGuess]:

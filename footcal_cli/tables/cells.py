@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from footcal_cli.errors import DataError, UsageError
+from footcal_cli.errors import DataError, UsageError, nearest
+from footcal_cli.tables.pivot import labels_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import ForeignColumn, Layout, Reading
 from footcal_cli.tables.units import conversion
@@ -23,6 +24,30 @@ def held(raw: RawColumn) -> RawColumn:
     above = np.maximum.accumulate(np.where(raw.empty, -1, np.arange(len(raw.values))))
     values = raw.values[np.maximum(above, 0)]
     return replace(raw, values=values, empty=above < 0)
+
+
+def joined_texts(
+    raw: Mapping[str, RawColumn], place: ForeignColumn, path: Path
+) -> RawColumn:  # fmt: skip
+    """A column, its texts joined by ``_`` to those of the column that `followed_by` names.
+
+    Raises
+    ------
+    DataError
+        The file has no such column.
+    """
+    first = raw[place.column]
+    if not place.followed_by:
+        return first
+    if place.followed_by not in raw:
+        raise DataError(
+            f"missing column '{place.followed_by}' that followed_by names"
+            f"{nearest(place.followed_by, sorted(raw))}", file=path,
+            remedy="correct followed_by in [columns]", foreign=True,
+        )  # fmt: skip
+    both = [held(c) if place.held else c for c in (first, raw[place.followed_by])]
+    empty = both[0].empty | both[1].empty
+    return replace(first, kind="text", values=labels_of(both), empty=empty, said=True)
 
 
 def _without_reading(raw: RawColumn, place: ForeignColumn, layout: Layout) -> RawColumn:

@@ -5,7 +5,7 @@ Room: tables; made by logfiles, turned by pivot, read by sources, values and sni
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -46,6 +46,11 @@ class RawColumn:
         if self.values.dtype.kind != "f":
             return self.empty
         return np.asarray(self.empty | np.isnan(self.values), dtype=np.bool_)
+
+    def of_rows(self, kept: BoolArray) -> RawColumn:
+        """The column at some of its rows, shape (n,)."""
+        lines = None if self.lines is None else self.lines[kept]
+        return replace(self, values=self.values[kept], empty=self.empty[kept], lines=lines)
 
     def row(self, position: int) -> str:
         """A row for people: lines of a text file, rows of Parquet counted from 1."""

@@ -34,6 +34,7 @@ class ForeignColumn:
     nanoseconds: str = ""
     high_word: str = ""
     over: str = ""
+    followed_by: str = ""
     plus: Mapping[str, str] = field(default_factory=dict)
     wraps_at: float | None = None
     summed: bool = False
@@ -103,7 +104,7 @@ class Join:
     ----------
     path, reading
         The other file and how it is read.
-    by, offset_s, how, tolerance_s, apart_s
+    by, offset_s, how, tolerance_s, apart_s, only_where
         How their rows meet: `footcal_cli.recipe.filespecs.JoinSpec`.
     """
 
@@ -114,6 +115,7 @@ class Join:
     how: Literal["interpolate", "nearest", "previous"] = "interpolate"
     tolerance_s: float = 0.1
     apart_s: float = 0.0
+    only_where: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

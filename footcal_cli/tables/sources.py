@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
-from footcal_cli.tables.cells import cell_of, held
+from footcal_cli.tables.cells import cell_of, held, joined_texts
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names
 from footcal_cli.tables.longfiles import columns_of
@@ -66,6 +66,7 @@ def source_columns(
     wanted |= {p.nanoseconds for p in places.values() if p.nanoseconds}
     wanted |= {p.high_word for p in places.values() if p.high_word}
     wanted |= {p.over for p in places.values() if p.over}
+    wanted |= {p.followed_by for p in places.values() if p.followed_by}
     wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
     wanted |= conditions
@@ -86,7 +87,7 @@ def source_columns(
     as_text = {
         p.column for name, p in places.items() if name in texts or p.pattern or p.names
     } & own  # fmt: skip
-    as_text |= conditions
+    as_text |= conditions | {p.followed_by for p in places.values()} & own
     raw = dict(columns_of(path, here, as_text, reading.layout))
     rows = len(raw[here[0]].values)
     if rows == 0:
@@ -101,7 +102,7 @@ def source_columns(
     found = {}
     for name, place in places.items():
         if place.in_file:
-            found[name] = cell_of(raw[place.column], place, reading, path)
+            found[name] = cell_of(joined_texts(raw, place, path), place, reading, path)
             if place.only_where:
                 found[name] = _only_where(found[name], raw, place)
             for other, unit in place.plus.items():
@@ -272,13 +273,7 @@ def _of_these(
         asked = ", ".join(f'{name} = "{said}"' for name, said in several[0].only_where.items())
         raise DataError(f"no row has {asked}", file=path, column=several[0].column,
                         remedy="correct only_where in [columns]")  # fmt: skip
-    return {
-        name: replace(
-            column, values=column.values[kept], empty=column.empty[kept],
-            lines=None if column.lines is None else column.lines[kept],
-        )
-        for name, column in found.items()
-    }  # fmt: skip
+    return {name: column.of_rows(kept) for name, column in found.items()}
 
 
 def _joined(
@@ -293,7 +288,9 @@ def _joined(
         name: ForeignColumn(column) for name, column in asked.items()
         if column in source_names(join.path, join.reading)
     }  # fmt: skip
+    kept = _rows_meant(join)
     raw = source_columns(join.path, join.reading, there, frozenset(texts))
+    raw = {name: column if kept is None else column.of_rows(kept) for name, column in raw.items()}
     if join.by == "row":
         short = [len(column.values) for column in raw.values()][:1]
         if short and short[0] != rows:
@@ -304,6 +301,7 @@ def _joined(
         return raw
     ours = time_of(path, reading)
     theirs = time_of(join.path, join.reading) + join.offset_s
+    theirs = theirs if kept is None else theirs[kept]
     order = np.argsort(theirs, kind="stable")
     found = {
         name: _at_times(ours, theirs[order], column, order, join) for name, column in raw.items()
@@ -315,6 +313,23 @@ def _joined(
             remedy="give offset_s of the join, which is added to this file's stamps",
         )  # fmt: skip
     return found
+
+
+def _rows_meant(join: Join) -> NDArray[np.bool_] | None:
+    """Rows of a joined file that `only_where` leaves, shape (n,); None for all."""
+    if not join.only_where:
+        return None
+    asked = {name: ForeignColumn(name) for name in join.only_where}
+    found = source_columns(join.path, replace(join.reading, joins=()), asked, frozenset(asked))
+    kept = np.logical_and.reduce([
+        [str(word).strip() == join.only_where[name] for word in column.values.tolist()]
+        for name, column in found.items()
+    ])  # fmt: skip
+    if not kept.any():
+        said = ", ".join(f'{name} = "{word}"' for name, word in join.only_where.items())
+        raise DataError(f"no row has {said}", file=join.path, column=next(iter(asked)),
+                        remedy="correct only_where of join in [[files]]")  # fmt: skip
+    return np.asarray(kept)
 
 
 def _at_times(

@@ -180,7 +180,8 @@ def read_pieces(
     found = places[0].found
     own = {p.column for p in found.values()} <= set(column_names(path, reading.layout))
     bare = all(
-        p.in_file and not (p.pattern or p.names or p.held or p.only_where or p.missing)
+        p.in_file
+        and not (p.pattern or p.names or p.held or p.only_where or p.missing or p.followed_by)
         for p in found.values()
     )
     if len(places) > 1 or reading.plates or not (reading.layout.plain and own and bare):

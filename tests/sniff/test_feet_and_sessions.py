@@ -11,7 +11,7 @@ from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.recipe_text import next_step
+from footcal_cli.sniff.recipe_text import next_step, recipe_text
 from footcal_cli.sniff.several import parts_of
 
 LADDER = [0, 10, 20, 40, 60, 80, 60, 40, 20, 10] * 7
@@ -127,3 +127,6 @@ def test_weights_come_before_the_stand_that_needs_them(tmp_path: Path) -> None:
     parts, _ = parts_of([stand, weights])
     said = next_step(parts, "--recipe r.toml")
     assert said.startswith("footcal offline-fit --recipe r.toml; after it static-init")
+    assert said.endswith("; then diagnose (experiment stand) says what the model lacks")
+    text = recipe_text(parts, tmp_path / "r.toml", "--recipe r.toml")
+    assert text.endswith('[diagnose]\nexperiment = "stand"    # or weights\n')

@@ -31,6 +31,7 @@ from tests.strangers import (
     sixth_bench,
     sixth_robots,
     sixth_wrists,
+    split_names,
     tenth_bench,
     tenth_robots,
     third,
@@ -111,7 +112,7 @@ SAMPLE = (
     twenty_sixth.quaternion_in_counts,
     twenty_ninth.monitor_and_protocol, twenty_ninth.smart_home,
     twenty_ninth.registers_of_a_master, twenty_ninth.plates_that_point_down,
-    *thirtieth.THIRTIETH,
+    *thirtieth.THIRTIETH, *split_names.SPLIT_NAMES,
     thirty_first.italian_amplifier, thirty_first.merged_feet, thirty_first.tare_and_weights,
     thirty_first_stands.merged_french_stand, thirty_first_stands.motive_and_cells,
     thirty_first_robots.legs_in_their_files, thirty_first_robots.numbered_legs_and_hips,
@@ -163,7 +164,7 @@ CORPORA = {
         *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
     ),
     "thirty_second": thirty_second.THIRTY_SECOND, "thirty_third": thirty_third.THIRTY_THIRD,
-    "thirty_fourth": thirty_fourth.THIRTY_FOURTH,
+    "thirty_fourth": thirty_fourth.THIRTY_FOURTH, "split_names": split_names.SPLIT_NAMES,
     "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
     "sixth": (
         *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS

@@ -1,0 +1,106 @@
+"""Logs of known weights with the same columns, a file for each cell: by their lines and names.
+
+Room: sniff; asked by file_names.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.bench.split_lines import split_lines
+from footcal_cli.sniff.file_loads import Names
+from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.plan import Entry, LogPlan
+
+_BY_CHANCE = 1e-6
+"""How rarely files of one cell are so far apart by chance."""
+_OTHER_SCALE = 0.005
+"""No remounting changes the scale of one cell by so much; cells of one make differ by more."""
+_RUNS = {"repeat", "session", "sequence"}
+_NAME = re.compile(r"(?!.*\d{4})[\w-]{1,20}")
+"""A name of a cell; four digits are of a date."""
+
+
+def weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:
+    """Known weights in every file, and a file for each channel."""
+    called = {word: f"cell_{word}" if word.isdecimal() else word for word in names.middle}
+    return _with_channel(plan, called, names.expression, "the files' names differ so")
+
+
+def files_of_cells(
+    plan: LogPlan | None, group: Sequence[FileGuess], names: Names
+) -> LogPlan | None:
+    r"""Files of which each is of another cell, though their names differ by numbers alone.
+
+    Runs of one cell are numbered as cells are: the lines :math:`y = a_g + b_g F` of the files must
+    differ in zero and scale, the scales by 0.5 % or more; where a line above each table repeats the
+    name (``specimen: Z1``), different lines are enough. Words for runs keep the files together.
+    """
+    channel = None if plan is None else plan.entries.get("channel")
+    if plan is None or plan.role != "weights" or channel is None or channel.value is None:
+        return None
+    letters = re.search(r"[^\W\d_]*$", names.head)
+    before = letters[0] if letters else ""
+    words = [before + word for word in names.middle]
+    if name_guess(before).quantity in _RUNS or not all(map(_NAME.fullmatch, words)):
+        return None
+    said = all(_said_above(file, word) for file, word in zip(group, words, strict=True))
+    if not _other_lines(plan, group, named=said):
+        return None
+    expression = f"^{re.escape(names.head[: len(names.head) - len(before)])}({before}.+)"
+    why = "a line above each table says it too" if said else "each file has a line of its own"
+    called = {word: f"cell_{word}" if word.isdecimal() else word for word in words}
+    return _with_channel(plan, called, f"{expression}{re.escape(names.tail)}$", why)
+
+
+def _with_channel(plan: LogPlan, called: dict[str, str], expression: str, why: str) -> LogPlan:
+    """A plan for weights with the channels that the files' names say, word -> channel."""
+    channel = Entry(
+        file_name=expression, why=why,
+        names={word: name for word, name in called.items() if word != name},
+    )  # fmt: skip
+    entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
+    if "counts" not in entries:
+        entries["counts"] = next(v for k, v in plan.entries.items() if k.endswith("_counts"))
+    return replace(
+        plan, kind="known weights, one file per channel", role="weights",
+        channels=tuple(called.values()), entries={**entries, "channel": channel},
+    )  # fmt: skip
+
+
+def _said_above(file: FileGuess, word: str) -> bool:
+    """Whether a line above the table of a file is of a word, behind a separator or alone."""
+    end = re.compile(rf"(?:^|[\s:=;,\t]){re.escape(word)}[\s;,\"]*$", re.IGNORECASE)
+    return any(end.search(line) for line in file.text.above)
+
+
+def _other_lines(plan: LogPlan, group: Sequence[FileGuess], *, named: bool) -> bool:
+    """Whether the readings of each file lie on a line of their own."""
+    columns = [plan.entries[name].column for name in ("load_n", "counts") if name in plan.entries]
+    found = [c.column for c in columns if c is not None]
+    if len(found) < 2:
+        return False
+    pairs = []
+    for file in group:
+        own = {c.column: c.values for c in file.columns}
+        force, read = (own.get(name) for name in found)
+        if force is None or read is None or np.unique(force[np.isfinite(force)]).size < 2:
+            return False
+        pairs.append((force, read))
+    codes = np.repeat(np.arange(len(pairs)), [force.size for force, _ in pairs])
+    force, read = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    test = split_lines(force, read, codes)
+    if test is None or test.one_line > _BY_CHANCE:
+        return False
+    good = np.isfinite(force) & np.isfinite(read)
+    scales = [
+        np.polyfit(force[good & (codes == k)], read[good & (codes == k)], 1)[0]
+        for k in range(len(pairs))
+    ]  # fmt: skip
+    apart = np.ptp(scales) > _OTHER_SCALE * float(np.max(np.abs(scales)))
+    return named or bool(apart and max(test.one_zero, test.one_slope) < _BY_CHANCE)
