@@ -5,6 +5,7 @@ Room: sniff; called by six_axis.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -21,19 +22,62 @@ _LARGEST_RAD = 13.0
 def beside(
     file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]], *quantities: Quantity
 ) -> dict[str, ColumnGuess]:
-    """The one column of a quantity that belongs to each transducer; empty unless all have one."""
-    found: dict[str, ColumnGuess] = {}
-    for name, group in six.items():
-        own = group["fx"].name
-        there = [
-            c for c in _columns(file, quantities)
-            if (c.name.side, c.name.place) == (own.side, own.place)
-            and set(own.owner.split("_")) <= {*c.name.owner.split("_"), ""}
-        ]  # fmt: skip
-        if len(there) != 1:
-            return {}
-        found[name] = there[0]
-    return found
+    """The one column of a quantity that belongs to each transducer; empty unless all have one.
+
+    A column belongs to a transducer that its name names, else to the one of the same leg, else to
+    the one of the same number.
+    """
+    columns = _columns(file, quantities)
+    for belongs in (_named_after, _of_one_leg, _of_one_number):
+        found = {
+            name: [c for c in columns if belongs(c, group["fx"])] for name, group in six.items()
+        }
+        taken = [c.column for there in found.values() for c in there]
+        if all(found.values()) and len({*taken}) == len(taken):
+            return _moving_most(found)
+    return {}
+
+
+def _named_after(column: ColumnGuess, axis: ColumnGuess) -> bool:
+    ours, theirs = column.name, axis.name
+    return (ours.side, ours.place) == (theirs.side, theirs.place) and (
+        {*theirs.owner.split("_")} <= {*ours.owner.split("_"), ""}
+    )
+
+
+def _of_one_leg(column: ColumnGuess, axis: ColumnGuess) -> bool:
+    ours, theirs = column.name, axis.name
+    return (ours.side, ours.place) == (theirs.side, theirs.place) != ("", "")
+
+
+def _of_one_number(column: ColumnGuess, axis: ColumnGuess) -> bool:
+    ours, theirs = (re.findall(r"\d+", c.column) for c in (column, axis))
+    return bool(ours) and [int(n) for n in ours] == [int(n) for n in theirs]
+
+
+def _moving_most(found: Mapping[str, Sequence[ColumnGuess]]) -> dict[str, ColumnGuess]:
+    """One column for each transducer; of several joints in each leg the one that moves most.
+
+    Joints are told apart by what stands in their names beside the leg's.
+    """
+    called = {
+        name: {_beside_the_others(c, there): c for c in there} for name, there in found.items()
+    }
+    joints = {*next(iter(called.values()))}
+    if any({*own} != joints for own in called.values()):
+        return {}
+    moved = {
+        joint: sum(float(np.nanstd(numbers_of(own[joint]))) for own in called.values())
+        for joint in sorted(joints)
+    }
+    joint = max(moved, key=lambda j: moved[j])
+    return {name: own[joint] for name, own in called.items()}
+
+
+def _beside_the_others(column: ColumnGuess, others: Sequence[ColumnGuess]) -> str:
+    """Words of a name that the names of a leg's other joints do not share."""
+    words = [{*words_of(c.column)} for c in others if c is not column]
+    return " ".join(w for w in words_of(column.column) if not all(w in own for own in words))
 
 
 def legs_first(labels: Sequence[ColumnGuess]) -> list[ColumnGuess]:

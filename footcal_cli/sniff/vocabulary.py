@@ -44,7 +44,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "series serie reihe messreihe série round runde zyklus ciclo ronda vuelta pasada cycles tour "
     "tornata giro repetición repeticion pass kaisu",
     "session": "session day tag set block sitzung",
-    "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
+    "phase": "phase shaft crank winkel drehwinkel kurbelwinkel fase fázis fáze faza vaihe fas "
+    "angolo angulo ángulo ângulo hoek vinkel kulma kąt úhel açı фаза угол 角度 相位 位相",
     "orientation": "orientation lage attitude ori orientacion orientación orientação orientamento",
     "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
     "agujero orificio foro furo punto ponto stelle",
