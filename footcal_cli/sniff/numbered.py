@@ -23,6 +23,7 @@ from footcal_cli.sniff.names import (
     name_guess,
     words_of,
 )
+from footcal_cli.sniff.quaternions import by_letters, in_a_row, of_length_one
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
@@ -64,7 +65,7 @@ _LARGER = 3.0
 
 def numbered(file: FileGuess) -> FileGuess:
     """The log with numbered columns taken for wrenches, poses and rotation matrices."""
-    file = replace(file, columns=tuple(_in_radians(c) for c in _of_length_one(file)))
+    file = replace(file, columns=tuple(_in_radians(c) for c in of_length_one(file)))
     stems: dict[str, list[ColumnGuess]] = {}
     for column in file.columns:
         found = _INDEXED.match(column.column)
@@ -81,7 +82,7 @@ def numbered(file: FileGuess) -> FileGuess:
     axes = {c.name.axis for c in file.of("quaternion")}
     whole = axes >= set("xyzw") or axes >= set("0123")
     if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
-        made |= _quaternion(stems)
+        made |= in_a_row(stems) or by_letters(file)
     made |= _wrenches(file, stems, made)
     made |= couples(file)
     felt_by = sum(c.name.axis == "fx" for c in made.values())
@@ -144,26 +145,6 @@ def _wrenches(
             )
             made[column.column] = replace(column, name=name, sure="guess", why=why)
     return made
-
-
-def _quaternion(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
-    """Four numbers in a row whose squares add up to one in all rows, though they change."""
-    for columns in stems.values():
-        for at in range(len(columns) - 3):
-            four = columns[at : at + 4]
-            values = np.column_stack([numbers_of(c) for c in four])
-            values = values[np.isfinite(values).all(axis=1)]
-            if len(values) < 3 or not np.allclose(np.linalg.norm(values, axis=1), 1.0, atol=1e-3):
-                continue
-            if np.ptp(values, axis=0).max() > _TURNS:
-                return {
-                    c.column: replace(
-                        c, name=replace(c.name, quantity="quaternion", axis=str(i), owner="body"),
-                        unit=None, sure="likely", why="four numbers of length one",
-                    )
-                    for i, c in enumerate(four)
-                }  # fmt: skip
-    return {}
 
 
 def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:
@@ -268,25 +249,6 @@ def _in_radians(column: ColumnGuess) -> ColumnGuess:
         return column
     name = replace(column.name, unit="rad", factor=1e-3)
     return replace(column, name=name, unit="rad", values=1e-3 * column.values)
-
-
-def _of_length_one(file: FileGuess) -> tuple[ColumnGuess, ...]:
-    """Columns of a log whose quaternion is in counts, a fixed number of which are one."""
-    four = [c for c in file.of("quaternion") if c.values is not None]
-    if len(four) != len("xyzw"):
-        return file.columns
-    values = np.column_stack([numbers_of(c) for c in four])
-    length = np.linalg.norm(values[np.isfinite(values).all(axis=1)], axis=1)
-    size = float(np.median(length)) if length.size else 0.0
-    if size <= _LARGER or np.ptp(length) > _GRAVITY_WITHIN * size:
-        return file.columns
-    one = float(2.0 ** np.round(np.log2(size)))
-    one = one if abs(size / one - 1.0) < _GRAVITY_WITHIN else size
-    own = {
-        c.column: replace(c, values=numbers_of(c) / one, name=replace(c.name, factor=1.0 / one))
-        for c in four
-    }
-    return tuple(own.get(c.column, c) for c in file.columns)
 
 
 def _axes_again(file: FileGuess) -> dict[str, ColumnGuess]:

@@ -18,10 +18,11 @@ from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes
+from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.one_by_one import marked_files, posed_files
+from footcal_cli.sniff.one_by_one import marked_files
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
@@ -34,7 +35,6 @@ from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
-_ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
@@ -89,7 +89,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         if joined:
             return joined, []
     for group, rest in permutations(alike, 2) if len(alike) == 2 else ():
-        if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
+        if len(rest) == 1 and (made := indexed(group, rest[0])) is not None:
             return [made], []
         if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):
             made = _with_attitude(group, numbered(rest[0]))
@@ -249,7 +249,7 @@ def _by_steps(file: FileGuess, steps: FileGuess) -> Part | None:
 
 def _posed(file: FileGuess, sheet: FileGuess) -> Part | None:
     """A six-axis transducer with the number of a pose, and a sheet of the poses' attitudes."""
-    turned = [c for c in numbered(sheet).of(*_ATTITUDE) if c.values is not None]
+    turned = [c for c in numbered(sheet).of(*ATTITUDE) if c.values is not None]
     shared = _steps(file, sheet)
     if shared is None or not turned or not wrenches(numbered(file)):
         return None
@@ -292,7 +292,7 @@ def _turned(file: FileGuess, beside: FileGuess) -> tuple[FileGuess, Beside] | No
             c, column=f"{stem}.{c.column}",
             values=_at_stamps(file, beside, c, offset) if timed else c.values,
         )
-        for c in beside.of(*_ATTITUDE)
+        for c in beside.of(*ATTITUDE)
     )  # fmt: skip
     join = Beside(beside, "time" if timed else "row", offset, why)
     return replace(file, columns=(*file.columns, *joined)), join
