@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
 from footcal_cli.sniff.clocks import one_after_another
@@ -27,6 +28,8 @@ from footcal_cli.tables.textfiles import called_as
 _IDLE = 0.05
 """Share of the largest load below which nothing stands on a plate."""
 _LEAST_ORIENTATIONS = 3
+_STRAIGHT = 0.95
+"""Share of the variance of vertical forces that weights explain at least."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +197,7 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
     six = wrenches(numbered(group[0]))
     cell = next(iter(six.values()))["fz"] if six else readings(group[0])[0]
     load = loads_named(names)
-    if load is None:
+    if load is None or (six and not _weighed(group, names, load)):
         return None
     channel = "fz" if six else "cell"
     entries = {
@@ -215,6 +218,19 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
         blanks=() if load.unit != NOT_SAID else (UNIT_ASKED,), warnings=warnings,
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
+
+
+def _weighed(group: Sequence[FileGuess], names: Names, load: Entry) -> bool:
+    """Whether numbers in the names of six-axis files are weights: of a unit, or felt along z.
+
+    Files of poses and of tests are numbered too.
+    """
+    if load.unit != NOT_SAID:
+        return True
+    said = [re.search(load.file_name or "", name) for name in names.whole]
+    put = np.array([float(load.names.get(f[1], f[1])) if f else np.nan for f in said])
+    felt = [np.nanmean(forces_of(next(iter(wrenches(numbered(f)).values())))[:, 2]) for f in group]
+    return straightness(put, np.array(felt)) > _STRAIGHT
 
 
 def _per_foot(group: list[FileGuess], names: Names) -> Part | None:

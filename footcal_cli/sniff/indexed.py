@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.sniff.columns import as_it_stands
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.file_names import Part, called
@@ -36,9 +37,9 @@ def indexed(group: list[FileGuess], sheet: FileGuess) -> Part | None:
     group, sheet
         The files, and the table that has a row for each of them.
     """
-    if len(group) < _LEAST_FILES or sheet.rows < len(group) or not wrenches(numbered(group[0])):
+    if len(group) < _LEAST_FILES or not wrenches(numbered(group[0])):
         return None
-    sheet, names = numbered(sheet), Names.of(called([file.path for file in group]))
+    sheet, names = numbered(as_it_stands(sheet)), Names.of(called([file.path for file in group]))
     for key in sheet.columns:
         rows = _rows_of(key, names, group)
         said = [c for c in sheet.of(*_SAID) if c is not key and _everywhere(c)]
