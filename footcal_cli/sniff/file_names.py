@@ -75,6 +75,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if plates is not None:
         return plates
     six = wrenches(numbered(first))
+    if len(six) > 1 or (six and first.of("label")):
+        plan = _turned_in_all(group, plan)
     stated = first.of("load") or first.of("label")
     if loads_named(names) is not None and readings(first) and displayed(group):
         # a display beside the reading: what the files are called after was put on
@@ -122,6 +124,16 @@ def alike_part(group: list[FileGuess]) -> Part | None:
         ):  # fmt: skip
             return Part(_weights_per_channel(plan, names), paths, names.match)
     return None if plan is None else Part(plan, paths, names.match)
+
+
+def _turned_in_all(group: list[FileGuess], plan: LogPlan | None) -> LogPlan | None:
+    """The plan of legs whose attitude changes from file to file, as all files show it."""
+    if plan is None or attitude_of(numbered(group[0]), None) is None:
+        return plan
+    whole = plan_of(as_one(group, ()))
+    if whole is None or whole.role != "hang":
+        return plan
+    return replace(whole, file=group[0], rate_hz=plan.rate_hz)
 
 
 def _weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:

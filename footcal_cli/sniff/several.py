@@ -27,6 +27,7 @@ from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
+from footcal_cli.sniff.shafts import with_shafts
 from footcal_cli.sniff.six_axis import HUNG_FIRST
 from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.sniff.twins import by_experiment, without_twins
@@ -39,7 +40,7 @@ _LEAST_STEPS = 2
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
-    parts, others = _planned(walked(files))
+    parts, others = _planned(walked(with_shafts(files)))
     made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
@@ -88,6 +89,11 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         joined = _two(alike[0][0], alike[1][0])
         if joined:
             return joined, []
+    if len(alike) > 2:
+        posed, alike = _with_sheets(alike)
+        if posed:
+            more, others = _planned([file for group in alike for file in group])
+            return [*posed, *more], others
     for group, rest in permutations(alike, 2) if len(alike) == 2 else ():
         if len(rest) == 1 and (made := indexed(group, rest[0])) is not None:
             return [made], []
@@ -109,6 +115,26 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     placed, without_holes = with_holes(placed, others)  # one sheet may place cells and holes
     left = [file for file in left if any(file is own for own in without_holes)]
     return with_one_name(*with_lifted(placed, left))
+
+
+def _with_sheets(
+    alike: Sequence[list[FileGuess]],
+) -> tuple[list[Part], list[list[FileGuess]]]:
+    """Six-axis logs with the sheets that say how each was turned, and what is left of the logs."""
+    left, parts = list(alike), list[Part]()
+    for group, rest in permutations(alike, 2):
+        if len(rest) > 1 or not all(any(one is own for own in left) for one in (group, rest)):
+            continue
+        first, sheet = numbered(group[0]), rest[0]
+        if not wrenches(first) or wrenches(numbered(sheet)) or attitude_of(first, None):
+            continue
+        made = indexed(group, sheet)
+        if made is None and len(group) == 1:
+            made = _posed(group[0], sheet)
+        if made is not None:
+            parts.append(made)
+            left = [own for own in left if own is not group and own is not rest]
+    return parts, left
 
 
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:
@@ -256,16 +282,16 @@ def _posed(file: FileGuess, sheet: FileGuess) -> Part | None:
     ours, called = shared
     names = {(c.quantity, c.name.axis): _names(called, c) for c in turned}
     joined = (_at_steps(ours, called, c) for c in turned)
-    kept = (c for c in file.columns if c is not ours)
-    plan = plan_of(replace(file, columns=(*kept, *joined)))
+    plan = plan_of(replace(file, columns=(*file.columns, *joined)))
     if plan is None:
         return None
     entries = {
         name: entry if entry.column is None or entry.column.column != ours.column
-        else replace(entry, names=names[entry.column.quantity, entry.column.name.axis])
+        else replace(entry, names=names.get((entry.column.quantity, entry.column.name.axis), {}))
         for name, entry in plan.entries.items()
     }  # fmt: skip
-    plan = replace(plan, entries=entries, why=f"{plan.why}, by {sheet.path.name}")
+    why = f"{plan.why}, by {sheet.path.name}"
+    plan = replace(plan, file=file, entries=entries, why=why)
     return Part(plan, (file.path,), escaped(file.path.name))
 
 

@@ -1,20 +1,29 @@
 """Shaft angles and contacts of legs, next to their transducers.
 
-Room: sniff; called by six_axis.
+Room: sniff; called by six_axis, and by several before logs are planned.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import Quantity, words_of
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, of
 from footcal_cli.sniff.vocabulary import LEGS
 
+_NUMBERED = re.compile(
+    r"(?<![^\W_])(?:q|th|theta|phi|alpha|ang|angle|joint|gelenk|winkel|junta|giunto|articulacion|"
+    r"angulo|angolo|θ|φ)[\W_]?\d(?!\d)", re.IGNORECASE,
+)  # fmt: skip
+"""Joints by their number: ``FL_q1``, ``joint_2``, ``θ1``."""
+_TURNS_MOST = "the joint that moves most beside its transducer"
 _LARGEST_RAD = 13.0
 """An angle without a unit that goes further than two turns in radians is in degrees."""
 
@@ -78,6 +87,38 @@ def _beside_the_others(column: ColumnGuess, others: Sequence[ColumnGuess]) -> st
     """Words of a name that the names of a leg's other joints do not share."""
     words = [{*words_of(c.column)} for c in others if c is not column]
     return " ".join(w for w in words_of(column.column) if not all(w in own for own in words))
+
+
+def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
+    """Logs in which numbered joints of legs (q1, q2) are known for shafts, or for other joints.
+
+    The joint of each leg that moves most beside its transducer turns the leg; the others are held,
+    or move what hangs there. What one log shows holds for all of them.
+    """
+    found: set[str] = set()
+    for file in files:
+        six = wrenches(numbered(file))
+        if six and not file.of("phase"):
+            made = replace(file, columns=tuple(map(_as_shaft, file.columns)))
+            found |= {c.column for c in beside(made, six, "phase").values()}
+    return [replace(file, columns=tuple(_known(c, found) for c in file.columns)) for file in files]
+
+
+def _as_shaft(column: ColumnGuess) -> ColumnGuess:
+    """A column of a numbered joint as that of a shaft."""
+    numbered_joint = column.values is not None and _NUMBERED.search(column.column)
+    plain = column.quantity in ("unknown", "quaternion") and column.unit in (None, "rad", "deg")
+    return column.as_quantity("phase", "guess", _TURNS_MOST) if numbered_joint and plain else column
+
+
+def _known(column: ColumnGuess, shafts_of: Collection[str]) -> ColumnGuess:
+    """A numbered joint as what the logs of legs show it to be."""
+    made = _as_shaft(column)
+    if not shafts_of or made is column:
+        return column
+    if column.column in shafts_of:
+        return made
+    return column.as_quantity("other", "likely", "a joint that does not turn the whole leg")
 
 
 def legs_first(labels: Sequence[ColumnGuess]) -> list[ColumnGuess]:
