@@ -86,7 +86,8 @@ def guess_file(path: Path) -> FileGuess:
 
 def as_it_stands(file: FileGuess) -> FileGuess:
     """A table whose rows were turned into one per sample, row by row."""
-    return file if file.layout.pivot is None else _looked_at(file.path, guess_text(file.path), turn=False)
+    whole = file.layout.pivot is None
+    return file if whole else _looked_at(file.path, guess_text(file.path), turn=False)
 
 
 def _straight(file: FileGuess) -> float:

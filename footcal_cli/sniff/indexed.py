@@ -1,4 +1,4 @@
-"""A file for each hold, leg or pose, and a sheet with a row for each: its keys are the files' names.
+"""A file for each hold, leg or pose, and a sheet with a row for each, by the files' names.
 
 Room: sniff; asked by several. The files are looked at as one log whose rows know what the sheet
 says of their file; each of these is a constant of the file in the recipe.

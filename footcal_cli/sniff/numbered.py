@@ -39,6 +39,10 @@ _NO_WRENCH = re.compile(
 _SAID_WRENCH = re.compile(r"wrench|(?<!le)ft(?![a-z])", re.IGNORECASE)
 """Six numbers of a foot that is called so are one."""
 _ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
+_LETTER = re.compile(
+    r"(?:^|[\W_])([A-Z])$|(?i:(?:rot|orient|angle?|euler|dreh|giro|rotaci[oó]n)[a-z]*[\W_]?([a-z])$)"
+)
+"""The letter of an angle: a capital alone, or any behind a word for turning."""
 _WHOLE_TURN_DEG = 360.0
 _GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9
 """How far an accelerometer at rest is from g, and in which share of rows."""
@@ -178,12 +182,12 @@ def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
     """
     found: dict[str, ColumnGuess] = {}
     for column in file.columns:
-        last = re.search(r"(?:^|[\W_])([A-Z])$", split_unit(column.column)[0].strip())
+        last = _LETTER.search(split_unit(column.column)[0].strip())
         values = column.values
         if last is None or values is None or column.unit not in (None, "deg", "rad"):
             continue
         if np.nan_to_num(np.abs(values)).max(initial=0.0) <= _WHOLE_TURN_DEG:
-            found.setdefault(last[1], column)
+            found.setdefault((last[1] or last[2]).upper(), column)
     one = sum(c.name.axis == "fx" for c in file.of("force")) == 1
     others = "".join(
         letter for letter, c in found.items()

@@ -13,7 +13,7 @@ import numpy as np
 
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names
-from footcal_cli.sniff.file_names import Part, called
+from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one
 from footcal_cli.sniff.levers import with_levers
 from footcal_cli.sniff.names import NameGuess
