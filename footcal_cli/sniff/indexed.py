@@ -19,7 +19,7 @@ from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, numbers_of
 from footcal_cli.sniff.names import NameGuess
-from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.numbered import numbered, numbered_beside
 from footcal_cli.sniff.plan import Entry
 
 ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
@@ -39,7 +39,8 @@ def indexed(group: list[FileGuess], sheet: FileGuess) -> Part | None:
     """
     if len(group) < _LEAST_FILES or not wrenches(numbered(group[0])):
         return None
-    sheet, names = numbered(as_it_stands(sheet)), Names.of(called([file.path for file in group]))
+    sheet = numbered_beside(as_it_stands(sheet), group[0])
+    names = Names.of(called([file.path for file in group]))
     for key in sheet.columns:
         rows = _rows_of(key, names, group)
         said = [c for c in sheet.of(*_SAID) if c is not key and _everywhere(c)]

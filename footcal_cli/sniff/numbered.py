@@ -108,6 +108,14 @@ def numbered(file: FileGuess) -> FileGuess:
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
 
+def numbered_beside(sheet: FileGuess, file: FileGuess) -> FileGuess:
+    """A sheet with its columns as they are meant beside the forces of a log."""
+    names = {c.column for c in sheet.columns}
+    felt = [c for c in numbered(file).of("force") if c.column not in names]
+    whole = numbered(replace(sheet, columns=(*sheet.columns, *felt)))
+    return replace(whole, columns=tuple(c for c in whole.columns if c.column in names))
+
+
 def _wrenches(
     file: FileGuess, stems: dict[str, list[ColumnGuess]], taken: dict[str, ColumnGuess]
 ) -> dict[str, ColumnGuess]:

@@ -21,7 +21,7 @@ from footcal_cli.sniff.hole_sheets import with_holes
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.motion import body_entries
-from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.numbered import numbered, numbered_beside
 from footcal_cli.sniff.one_by_one import marked_files
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol
@@ -30,6 +30,7 @@ from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.shafts import with_shafts
 from footcal_cli.sniff.six_axis import HUNG_FIRST
 from footcal_cli.sniff.stepping import with_sides
+from footcal_cli.sniff.stretches import by_stretches
 from footcal_cli.sniff.twins import by_experiment, without_twins
 from footcal_cli.sniff.walking import walked
 from footcal_cli.tables.columns import AXIS_COLUMNS
@@ -150,6 +151,9 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if plan is not None:
                 body = _at_rows(file, beside)
                 return with_body(plan, beside, body, mounted(wrenches(file), body))
+    for file, beside in ((one, other), (other, one)):
+        if (still := by_stretches(file, beside)) is not None:
+            return [still]
     for file, beside in ((one, other), (other, one)):
         if _hang(file, beside):
             made = _with_attitude([file], numbered(beside)) or _of_holds(file, beside)
@@ -275,7 +279,7 @@ def _by_steps(file: FileGuess, steps: FileGuess) -> Part | None:
 
 def _posed(file: FileGuess, sheet: FileGuess) -> Part | None:
     """A six-axis transducer with the number of a pose, and a sheet of the poses' attitudes."""
-    turned = [c for c in numbered(sheet).of(*ATTITUDE) if c.values is not None]
+    turned = [c for c in numbered_beside(sheet, file).of(*ATTITUDE) if c.values is not None]
     shared = _steps(file, sheet)
     if shared is None or not turned or not wrenches(numbered(file)):
         return None
