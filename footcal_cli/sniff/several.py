@@ -20,6 +20,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.lifted import with_lifted
+from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered, numbered_beside
 from footcal_cli.sniff.one_by_one import marked_files
@@ -152,7 +153,8 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
                 body = _at_rows(file, beside)
                 return with_body(plan, beside, body, mounted(wrenches(file), body))
     for file, beside in ((one, other), (other, one)):
-        if (still := by_stretches(file, beside)) is not None:
+        still = by_stretches(file, beside) or by_log_sheet(file, beside)
+        if still is not None:
             return [still]
     for file, beside in ((one, other), (other, one)):
         if _hang(file, beside):
