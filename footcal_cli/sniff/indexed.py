@@ -61,9 +61,7 @@ def _of_rows(
 ) -> Part | None:  # fmt: skip
     """The plan for files of which each has its row of a sheet."""
     each = [file.rows for file in group]
-    texts = {
-        _KEY: list(names.middle), **{c.column: [_text(c, row) for row in rows] for c in said}
-    }
+    texts = {_KEY: list(names.middle), **{c.column: [_text(c, row) for row in rows] for c in said}}
     number = ColumnGuess(
         _KEY, NameGuess("placement"), None, "likely", "the files' names", words=names.middle,
         codes=np.repeat(np.arange(len(group)), each),
@@ -88,8 +86,7 @@ def _of_rows(
 
     entries = {name: by_file(entry) for name, entry in plan.entries.items()}
     wide = {
-        leg: {name: by_file(entry) for name, entry in own.items()}
-        for leg, own in plan.wide.items()
+        leg: {name: by_file(entry) for name, entry in own.items()} for leg, own in plan.wide.items()
     }
     plan = replace(plan, file=group[0], entries=entries, wide=wide)
     return Part(plan, tuple(file.path for file in group), names.match)
@@ -123,9 +120,7 @@ def _at_files(column: ColumnGuess, rows: Sequence[int], each: Sequence[int]) -> 
     return replace(plain, values=numbers_of(column)[at])
 
 
-def _rows_of(
-    key: ColumnGuess, names: Names, group: Sequence[FileGuess]
-) -> tuple[int, ...] | None:
+def _rows_of(key: ColumnGuess, names: Names, group: Sequence[FileGuess]) -> tuple[int, ...] | None:
     """For each file the row of a sheet whose key means it; None where one has none."""
     if key.values is not None:
         texts = [f"{v:.0f}" if v == v and v == round(v) else "" for v in key.values.tolist()]
