@@ -23,7 +23,7 @@ _NUMBERED = re.compile(
     r"angulo|angolo|θ|φ)[\W_]?\d(?!\d)", re.IGNORECASE,
 )  # fmt: skip
 """Joints by their number: ``FL_q1``, ``joint_2``, ``θ1``."""
-_TURNS_MOST = "the joint that moves most beside its transducer"
+_TURNS_MOST = "the joint that moves most next to its transducer"
 _LARGEST_RAD = 13.0
 """An angle without a unit that goes further than two turns in radians is in degrees."""
 
@@ -92,7 +92,7 @@ def _beside_the_others(column: ColumnGuess, others: Sequence[ColumnGuess]) -> st
 def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs in which numbered joints of legs (q1, q2) are known for shafts, or for other joints.
 
-    The joint of each leg that moves most beside its transducer turns the leg; the others are held,
+    The joint of each leg that moves most next to its transducer turns the leg; the others are held,
     or move what hangs there. What one log shows holds for all of them.
     """
     found: set[str] = set()

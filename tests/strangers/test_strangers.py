@@ -164,7 +164,7 @@ CORPORA = {
         *sixteenth_bench.SIXTEENTH_BENCH, *sixteenth_robots.SIXTEENTH_ROBOTS
     ),
     "thirty_second": thirty_second.THIRTY_SECOND, "thirty_third": thirty_third.THIRTY_THIRD,
-    "thirty_fourth": thirty_fourth.THIRTY_FOURTH,
+    "thirty_fourth": thirty_fourth.THIRTY_FOURTH, "thirty_fifth": thirty_fifth.THIRTY_FIFTH,
     "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
     "sixth": (
         *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
