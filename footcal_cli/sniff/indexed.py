@@ -106,7 +106,7 @@ def _everywhere(column: ColumnGuess) -> bool:
 def _text(column: ColumnGuess, row: int) -> str:
     """A cell of a sheet as a recipe has it."""
     if column.codes is not None:
-        return column.words[column.codes[row]]
+        return str(column.words[column.codes[row]])
     return f"{numbers_of(column)[row]:.10g}"
 
 

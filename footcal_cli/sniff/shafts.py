@@ -67,7 +67,7 @@ def _of_one_number(column: ColumnGuess, axis: ColumnGuess) -> bool:
 def _moving_most(found: Mapping[str, Sequence[ColumnGuess]]) -> dict[str, ColumnGuess]:
     """One column for each transducer; of several joints in each leg the one that moves most.
 
-    Joints are told apart by what stands in their names beside the leg's.
+    Joints are distinguished by what stands in their names beside the leg's.
     """
     called = {
         name: {_beside_the_others(c, there): c for c in there} for name, there in found.items()

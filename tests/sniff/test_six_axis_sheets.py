@@ -76,7 +76,7 @@ def test_poses_with_a_sheet_beside_a_hanging(tmp_path: Path) -> None:
 
 
 def test_the_joint_that_swings_is_the_shaft_in_hangings_and_poses(tmp_path: Path) -> None:
-    rng, paths = np.random.default_rng(2), []
+    rng, paths = np.random.default_rng(2), list[Path]()
     names = [f"{leg}_{what}" for leg in LEGS for what in ("q1", "q2", *AXES)]
     for word, (roll, pitch) in HUNG.items():
         turn = Rotation.from_euler("xyz", [roll, pitch, 0.0], degrees=True)
@@ -106,9 +106,9 @@ def test_the_joint_that_swings_is_the_shaft_in_hangings_and_poses(tmp_path: Path
     column = found["hang"].plan.wide["dd"]["phase_rad"].column
     assert column is not None
     assert column.column == "DD_q1"
-    own = found["poses"].plan.wide["dd"]["phase_rad"]
-    assert own.names["12"] == f"{float(sheet[-1].split(',')[6]):.10g}"
-    assert own.unit == "rad"
+    entry = found["poses"].plan.wide["dd"]["phase_rad"]
+    assert entry.names["12"] == f"{float(sheet[-1].split(',')[6]):.10g}"
+    assert entry.unit == "rad"
     assert found["poses"].plan.entries["pose"].file_name
 
 
@@ -127,7 +127,7 @@ def test_numbers_of_six_axis_files_are_weights_where_forces_follow(
 
 
 def test_an_index_by_number_is_not_turned_into_a_row_per_sample(tmp_path: Path) -> None:
-    rng, paths, index = np.random.default_rng(4), [], ["no;leg;gx;gy;gz"]
+    rng, paths, index = np.random.default_rng(4), list[Path](), ["no;leg;gx;gy;gz"]
     for roll, pitch in HUNG.values():
         turn = Rotation.from_euler("xyz", [roll, pitch, 0.0], degrees=True)
         for leg in LEGS[:3]:
@@ -165,7 +165,7 @@ def test_torques_without_a_unit_are_read_by_their_lever(
 def test_feet_turn_as_their_way_does(turned_rad: float, size: float, unit: str, said: bool) -> None:
     heading = turned_rad * np.linspace(0, 1, 2000) ** 2
     rng = np.random.default_rng(6)
-    way = np.cumsum(1e-3 * np.exp(1j * heading)) + 0.002 * rng.normal(size=2000)
+    way = (np.cumsum(1e-3 * np.exp(1j * heading)) + 0.002 * rng.normal(size=2000)).astype(complex)
     angles = {a: 0.002 * rng.normal(size=2000) for a in ("roll", "pitch")}
     columns = {
         a: ColumnGuess(a, NameGuess("angle", a), None, "likely", "", size * v)

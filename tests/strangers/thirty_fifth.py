@@ -85,7 +85,7 @@ def index_of_legs(to: Path, rng: Rng) -> Made:
     """A file for each leg and orientation; an index says which by their names, and what is down."""
     turned = {"A": 30.0, "B": 90.0, "C": -90.0}
     made = legs(rng, {n: Rotation.from_euler("z", a, degrees=True) for n, a in turned.items()})
-    index, paths = ["fichier;patte;position;gx;gy;gz"], []
+    index, paths = ["fichier;patte;position;gx;gy;gz"], list[Path]()
     for said, down in DOWN.items():
         for name, leg in made.items():
             angle = swings(160)
@@ -103,10 +103,10 @@ def _stream(rng: Rng) -> tuple[Tool, Array, Array, Array]:
     at = rng.uniform([-170, -70, -170], [170, 70, 170], (16, 3))
     share = np.concatenate([np.r_[np.zeros(90), np.linspace(0, 1, 60)] + k for k in range(16)])
     share = np.minimum(share, 15.0)
-    angles = np.column_stack([np.interp(share, np.arange(16), at[:, i]) for i in range(3)])
+    angles: Array = np.column_stack([np.interp(share, np.arange(16), at[:, i]) for i in range(3)])
     rot = Rotation.from_euler("xyz", angles, degrees=True)
     wrench = made.read(-rot.as_matrix()[:, 2, :], rng)
-    return made, 20.0 * np.arange(len(share)), wrench, angles
+    return made, 20.0 * np.arange(len(share), dtype=np.float64), wrench, angles
 
 
 def stretches_of_a_stream(to: Path, rng: Rng) -> Made:
@@ -156,7 +156,7 @@ def angles_by_number(to: Path, rng: Rng) -> Made:
     ]
     # body to world: z up, x up, z down, x down
     turns = {"a": (0.0, 0.0), "b": (0.0, -90.0), "c": (180.0, 0.0), "d": (0.0, 90.0)}
-    lines, paths = ["archivo,alabeo_grados,cabeceo_grados,guinada_grados"], []
+    lines, paths = ["archivo,alabeo_grados,cabeceo_grados,guinada_grados"], list[Path]()
     for word, (roll, pitch) in turns.items():
         body = Rotation.from_euler("xyz", [roll, pitch, 0.0], degrees=True)
         down = body.inv().apply([0.0, 0.0, -1.0])
