@@ -17,8 +17,8 @@ from footcal_cli.sniff.units import known_unit
 
 _AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": "ty_nm",
                  "tz": "tz_nm"}  # fmt: skip
-_LONGEST_LEVER = 5.0
-"""Torques that change so much beside forces of unknown unit are not in Nm."""
+_LONGEST_M, _LONGEST_CM = 2.0, 20.0
+"""Torques that change so much beside forces of unknown unit are not in Nm, and not in Ncm."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def _lever(group: dict[str, ColumnGuess]) -> float:
 def axes_of(
     group: dict[str, ColumnGuess], said: Said, sign: float = 1.0, prefix: str = ""
 ) -> dict[str, Entry]:
-    """Entries of the six axes; torques far too large beside the forces are in Nmm.
+    """Entries of the six axes; torques too large beside the forces are in Ncm or Nmm.
 
     Parameters
     ----------
@@ -76,11 +76,17 @@ def axes_of(
         Before each canonical name.
     """
     entries = {}
-    torque = "N*mm" if _lever(group) > _LONGEST_LEVER else "N*m"
+    lever = _lever(group)
+    torque = "N*m" if lever <= _LONGEST_M else "N*cm" if lever <= _LONGEST_CM else "N*mm"
+    doubt = torque == "N*cm" and not (said.unit.get("t") or group["tx"].unit)
+    why = f"nothing says its unit: its lever is {lever:.2g} cm, or mm if it is in N mm"
     for axis, name in _AXIS_COLUMNS.items():
         column, kind = group[axis], axis[0]
         unit = column.unit or said.unit.get(kind) or ("N" if kind == "f" else torque)
         factor = sign * column.name.factor
         factor *= said.per_count.get(kind, 1.0) if column.counts else 1.0
-        entries[prefix + name] = replace(of(column, unit), factor=None if factor == 1 else factor)
+        entry = replace(of(column, unit), factor=None if factor == 1 else factor)
+        if kind == "t" and doubt:
+            entry = replace(entry, sure="guess", why=why)
+        entries[prefix + name] = entry
     return entries

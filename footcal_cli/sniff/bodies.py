@@ -20,6 +20,7 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
 from footcal_cli.sniff.body_columns import foot_names, in_millimetres, of_the_com, of_the_feet
+from footcal_cli.sniff.foot_angles import angle_unit
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, seconds_of
 from footcal_cli.sniff.names import (
@@ -122,12 +123,10 @@ def body_of(file: FileGuess) -> BodyLog | None:
     placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
     turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
     frames = _frames(feet, turned)
-    line = feet[1].values - feet[0].values
-    across = np.interp(seconds, at, np.unwrap(np.arctan2(line[:, 1], line[:, 0])))
-    units = {
-        i: "" if "w" in axes.columns else _unit_of(axes, across if len(feet) == 2 else None)
-        for i, axes in frames.items()
-    }
+    middle = np.mean([f.values[:, :2] for f in feet], axis=0)
+    way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
+    read = {i: angle_unit(axes, way) for i, axes in frames.items() if "w" not in axes.columns}
+    units = {i: read[i][0] if i in read else "" for i in frames}
     heading = None
     if 0 in frames:
         heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
@@ -135,7 +134,7 @@ def body_of(file: FileGuess) -> BodyLog | None:
     names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
     in_mm = in_millimetres(com.values)
     columns = of_the_com({role: m.axes for role, m in roles.items()}, in_mm=in_mm)
-    columns |= of_the_feet([f.axes for f in feet], names, frames, units, in_mm=in_mm)
+    columns |= of_the_feet([f.axes for f in feet], names, frames, read, in_mm=in_mm)
     left = {c.column for m in others for c in m.axes.columns.values()}
     left |= {c.column for axes in turned for c in axes.columns.values()}
     left -= {c.column for c in file.of("force")}
@@ -300,22 +299,3 @@ def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
         if most > alike or (most and len(feet) == 1):
             found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
     return found
-
-
-def _unit_of(axes: Axes, across_rad: FloatArray | None) -> str:
-    """Unit of a frame's angles, by their names, their size or the line from foot to foot."""
-    if (said := axes.columns["yaw"].unit) in ("rad", "deg"):
-        return said
-    yaw = axes.values(["yaw"])[:, 0]
-    if float(np.nanmax(np.abs(axes.values(list(axes.columns))))) > 2.0 * np.pi:
-        return "deg"
-    if across_rad is None:
-        return "rad"
-    # the line from foot to foot lies across the heading, up to a half turn; steps go either way
-    off = [
-        np.mean(
-            [abs(np.nanmean(part)) for part in np.array_split(np.cos(across_rad - heading), 20)]
-        )
-        for heading in (yaw, np.radians(yaw))
-    ]
-    return "deg" if off[1] < _CLEARLY * off[0] else "rad"

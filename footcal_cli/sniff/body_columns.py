@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.guesses import ColumnGuess, Sure
 from footcal_cli.sniff.names import NameGuess, Quantity, common_start, name_guess
 from footcal_cli.sniff.triples import ROLL_PITCH_YAW, Axes
 
@@ -101,16 +101,19 @@ def of_the_com(roles: Mapping[str, Axes], *, in_mm: bool) -> dict[str, ColumnGue
 
 def of_the_feet(
     feet: Sequence[Axes], names: Sequence[str], frames: Mapping[int, Axes],
-    units: Mapping[int, str], *, in_mm: bool,
+    units: Mapping[int, tuple[str, str]], *, in_mm: bool,
 ) -> dict[str, ColumnGuess]:  # fmt: skip
-    """Columns of the places and the orientations of feet."""
+    """Columns of the places and the orientations of feet; `units` of angles, and by what."""
     made = {}
 
-    def taken(column: ColumnGuess, foot: str, what: str, unit: str | None, why: str) -> None:
+    def taken(
+        column: ColumnGuess, foot: str, what: str, unit: str | None, why: str,
+        sure: Sure = "likely",
+    ) -> None:  # fmt: skip
         side = foot if foot in ("left", "right") else ""
         name = NameGuess("motion", side=side, place="" if side else foot,
                          owner=f"{foot}_foot_{what}")  # fmt: skip
-        made[column.column] = replace(column, name=name, unit=unit, sure="likely", why=why)
+        made[column.column] = replace(column, name=name, unit=unit, sure=sure, why=why)
 
     for i, (foot, name) in enumerate(zip(feet, names, strict=True)):
         for axis in "xyz":
@@ -123,5 +126,8 @@ def of_the_feet(
             if axis in "xyzw":
                 taken(column, name, f"q{axis}", None, "of length one, next to the foot's place")
             elif axis in ROLL_PITCH_YAW:
-                taken(column, name, f"{axis}_rad", units[i], "an angle next to the foot's place")
+                unit, said = units[i]
+                why = "an angle next to the foot's place"
+                why += f", in {unit} by {said}" if said else f"; nothing says that it is in {unit}"
+                taken(column, name, f"{axis}_rad", unit, why, "likely" if said else "guess")
     return made

@@ -86,6 +86,12 @@ def guess_file(path: Path) -> FileGuess:
     return other if _straight(other) > _straight(found) else found
 
 
+def as_it_stands(file: FileGuess) -> FileGuess:
+    """A table whose rows were turned into one per sample, row by row."""
+    whole = file.layout.pivot is None
+    return file if whole else _looked_at(file.path, guess_text(file.path), turn=False)
+
+
 def _straight(file: FileGuess) -> float:
     """How much of a reading's variance a load explains at most."""
     most = 0.0
@@ -98,8 +104,8 @@ def _straight(file: FileGuess) -> float:
     return most
 
 
-def _looked_at(path: Path, text: TextGuess) -> FileGuess:
-    """A log under a layout; a row for each foot or cell becomes a row per sample."""
+def _looked_at(path: Path, text: TextGuess, *, turn: bool = True) -> FileGuess:
+    """A log under a layout; a row for each foot or cell becomes a row per sample, with `turn`."""
     names = [name for name in column_names(path, text.layout) if name]
     raw = raw_columns(path, names, (), text.layout)
     rows_of, halting = topic(raw), set[str]()
@@ -124,7 +130,7 @@ def _looked_at(path: Path, text: TextGuess) -> FileGuess:
         columns = [taking_turns(part_of_the_words(column)) for column in columns]
     columns = _signs_by_load(_by_numbers(seconds_apart(units_beside(columns))))
     columns = said_between(joined_registers(columns))
-    pivot = None if rows_of or text.layout.pivot else pivot_of(columns, raw)
+    pivot = None if rows_of or text.layout.pivot or not turn else pivot_of(columns, raw)
     if pivot is not None:
         rare = sorted({*labels_of([raw[name] for name in pivot.by])} - {*pivot.labels})
         said = f"a row for each of {', '.join(pivot.labels)}, made one row per sample"

@@ -45,6 +45,11 @@ class Names:
         return cls(head, tail, tuple(name[len(head) : len(name) - len(tail)] for name in names))
 
     @property
+    def whole(self) -> tuple[str, ...]:
+        """The names as they are."""
+        return tuple(f"{self.head}{word}{self.tail}" for word in self.middle)
+
+    @property
     def match(self) -> str:
         """Pattern of the names."""
         return f"{escaped(self.head)}*{escaped(self.tail)}"

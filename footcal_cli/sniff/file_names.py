@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
 from footcal_cli.sniff.cells_by_files import files_of_cells, weights_per_channel
@@ -25,8 +26,8 @@ from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, LogPlan, reading
 from footcal_cli.sniff.six_axis import forces_of, share_a_weight
 from footcal_cli.tables.textfiles import called_as
 
-_IDLE = 0.05
-"""Share of the largest load below which nothing stands on a plate."""
+_IDLE, _STRAIGHT = 0.05, 0.95
+"""Share of the largest load of an empty plate; share of forces' variance that weights explain."""
 _LEAST_ORIENTATIONS = 3
 _TWO_LEGS = {"fl": "left", "fr": "right"}
 """Legs of which one has no others."""
@@ -76,6 +77,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if plates is not None:
         return plates
     six = wrenches(numbered(first))
+    if len(six) > 1 or (six and first.of("label")):
+        plan = _turned_in_all(group, plan)
     stated = first.of("load") or first.of("label")
     if loads_named(names) is not None and readings(first) and displayed(group):
         # a display beside the reading: what the files are called after was put on
@@ -124,6 +127,16 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             return Part(weights_per_channel(plan, names), paths, names.match)
     plan = files_of_cells(plan, group, names) or plan
     return None if plan is None else Part(plan, paths, names.match)
+
+
+def _turned_in_all(group: list[FileGuess], plan: LogPlan | None) -> LogPlan | None:
+    """The plan of legs whose attitude changes from file to file, as all files show it."""
+    if plan is None or attitude_of(numbered(group[0]), None) is None:
+        return plan
+    whole = plan_of(as_one(group, ()))
+    if whole is None or whole.role != "hang":
+        return plan
+    return replace(whole, file=group[0], rate_hz=plan.rate_hz)
 
 
 def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:
@@ -182,7 +195,7 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
     six = wrenches(numbered(group[0]))
     cell = next(iter(six.values()))["fz"] if six else readings(group[0])[0]
     load = loads_named(names)
-    if load is None:
+    if load is None or (six and not _weighed(group, names, load)):
         return None
     channel = "fz" if six else "cell"
     entries = {
@@ -203,6 +216,19 @@ def _per_load(group: list[FileGuess], names: Names) -> Part | None:
         blanks=() if load.unit != NOT_SAID else (UNIT_ASKED,), warnings=warnings,
     )  # fmt: skip
     return Part(plan, tuple(file.path for file in group), names.match)
+
+
+def _weighed(group: Sequence[FileGuess], names: Names, load: Entry) -> bool:
+    """Whether numbers in the names of six-axis files are weights: of a unit, or felt along z.
+
+    Files of poses and of tests are numbered too.
+    """
+    if load.unit != NOT_SAID:
+        return True
+    said = [re.search(load.file_name or "", name) for name in names.whole]
+    put = np.array([float(load.names.get(f[1], f[1])) if f else np.nan for f in said])
+    felt = [np.nanmean(forces_of(next(iter(wrenches(numbered(f)).values())))[:, 2]) for f in group]
+    return straightness(put, np.array(felt)) > _STRAIGHT
 
 
 def _per_foot(group: list[FileGuess], names: Names) -> Part | None:

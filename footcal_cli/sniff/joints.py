@@ -17,7 +17,9 @@ JOINTS = {"haa", "kfe", "knee", "knie", "rodilla", "genou", "ginocchio", "joelho
           "abduction", "abduktion", "abducción", "abduccion", "abduzione", "adduction", "tibia",
           "shank", "calf", "kniewinkel", "колено", "膝", "ankle", "tobillo"}  # fmt: skip
 """Other joints of a leg."""
-_ANGLE_OF = {"q", "angle", "theta", "winkel", "angulo", "ángulo", "angolo", "hoek", "pos"}
+_ANGLE_OF = {"q", "angle", "theta", "phi", "winkel", "angulo", "ángulo", "ângulo", "angolo", "hoek",
+             "vinkel", "pos", "position", "posicion", "posición", "posição", "posizione",
+             "stellung"}  # fmt: skip
 """What a joint's angle is called without a unit: ``q_hfe``."""
 _CHANGES = {"vel", "dot", "velocity", "speed", "acc", "acceleration"}
 

@@ -98,7 +98,7 @@ _TICKS = {"sampletimefine": ("ms", 0.1)}
 """Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
 _ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
                 "aceleracion", "accélération", "accelerazione", "aceleração"}  # fmt: skip
-_TURNED = {"theta", "euler", "angle", "rpy", "rotvec"}
+_TURNED = {"theta", "euler", "angle", "rpy", "rotvec", "angolo", "angulo", "ángulo", "ângulo"}
 _MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "forces", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила",
@@ -221,7 +221,7 @@ def name_guess(name: str) -> NameGuess:
         quantity, unit = "temperature", warm
     elif quantity == "temperature" and unit == "deg":
         unit = "degC"  # Temperatur_Grad
-    if quantity in ("unknown", "reading", "load") and not axis:
+    if quantity in ("unknown", "reading", "load", "placement") and not axis:
         quantity = joint_angle({*words}, unit) or quantity
     if quantity == "unknown" and len(stem) > 1 and (clock := known_unit(stem)) in TIMES:
         quantity, unit = "time", clock  # sec, Sekunden

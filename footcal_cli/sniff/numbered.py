@@ -23,6 +23,7 @@ from footcal_cli.sniff.names import (
     name_guess,
     words_of,
 )
+from footcal_cli.sniff.quaternions import by_letters, in_a_row, of_length_one
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
@@ -38,6 +39,10 @@ _NO_WRENCH = re.compile(
 _SAID_WRENCH = re.compile(r"wrench|(?<!le)ft(?![a-z])", re.IGNORECASE)
 """Six numbers of a foot that is called so are one."""
 _ACCELERATION = {"acc", "accel", "acceleration", "accelerometer"}
+_LETTER = re.compile(
+    r"(?:^|[\W_])([A-Z])$|(?i:(?:rot|orient|angle?|euler|dreh|giro|rotaci[oó]n)[a-z]*[\W_]?([a-z])$)"
+)
+"""The letter of an angle: a capital alone, or any behind a word for turning."""
 _WHOLE_TURN_DEG = 360.0
 _GRAVITY_WITHIN, _NEARLY_ALL = 0.03, 0.9
 """How far an accelerometer at rest is from g, and in which share of rows."""
@@ -64,7 +69,7 @@ _LARGER = 3.0
 
 def numbered(file: FileGuess) -> FileGuess:
     """The log with numbered columns taken for wrenches, poses and rotation matrices."""
-    file = replace(file, columns=tuple(_in_radians(c) for c in _of_length_one(file)))
+    file = replace(file, columns=tuple(_in_radians(c) for c in of_length_one(file)))
     stems: dict[str, list[ColumnGuess]] = {}
     for column in file.columns:
         found = _INDEXED.match(column.column)
@@ -81,7 +86,7 @@ def numbered(file: FileGuess) -> FileGuess:
     axes = {c.name.axis for c in file.of("quaternion")}
     whole = axes >= set("xyzw") or axes >= set("0123")
     if not whole and not any(c.quantity == "matrix" for c in (*file.columns, *made.values())):
-        made |= _quaternion(stems)
+        made |= in_a_row(stems) or by_letters(file)
     made |= _wrenches(file, stems, made)
     made |= couples(file)
     felt_by = sum(c.name.axis == "fx" for c in made.values())
@@ -101,6 +106,14 @@ def numbered(file: FileGuess) -> FileGuess:
         made |= {k: v for k, v in _vector(stem, columns, moved).items() if k not in made}
     made = made or _axes_again(file)
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
+
+
+def numbered_beside(sheet: FileGuess, file: FileGuess) -> FileGuess:
+    """A sheet with its columns as they are meant beside the forces of a log."""
+    names = {c.column for c in sheet.columns}
+    felt = [c for c in numbered(file).of("force") if c.column not in names]
+    whole = numbered(replace(sheet, columns=(*sheet.columns, *felt)))
+    return replace(whole, columns=tuple(c for c in whole.columns if c.column in names))
 
 
 def _wrenches(
@@ -146,26 +159,6 @@ def _wrenches(
     return made
 
 
-def _quaternion(stems: dict[str, list[ColumnGuess]]) -> dict[str, ColumnGuess]:
-    """Four numbers in a row whose squares add up to one in all rows, though they change."""
-    for columns in stems.values():
-        for at in range(len(columns) - 3):
-            four = columns[at : at + 4]
-            values = np.column_stack([numbers_of(c) for c in four])
-            values = values[np.isfinite(values).all(axis=1)]
-            if len(values) < 3 or not np.allclose(np.linalg.norm(values, axis=1), 1.0, atol=1e-3):
-                continue
-            if np.ptp(values, axis=0).max() > _TURNS:
-                return {
-                    c.column: replace(
-                        c, name=replace(c.name, quantity="quaternion", axis=str(i), owner="body"),
-                        unit=None, sure="likely", why="four numbers of length one",
-                    )
-                    for i, c in enumerate(four)
-                }  # fmt: skip
-    return {}
-
-
 def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:
     """Three unnamed numbers in a row as long as gravity, or as 1, though they change."""
     unnamed = ("unknown", "reading")
@@ -197,12 +190,12 @@ def _lettered(file: FileGuess) -> dict[str, ColumnGuess]:
     """
     found: dict[str, ColumnGuess] = {}
     for column in file.columns:
-        last = re.search(r"(?:^|[\W_])([A-Z])$", split_unit(column.column)[0].strip())
+        last = _LETTER.search(split_unit(column.column)[0].strip())
         values = column.values
         if last is None or values is None or column.unit not in (None, "deg", "rad"):
             continue
         if np.nan_to_num(np.abs(values)).max(initial=0.0) <= _WHOLE_TURN_DEG:
-            found.setdefault(last[1], column)
+            found.setdefault((last[1] or last[2]).upper(), column)
     one = sum(c.name.axis == "fx" for c in file.of("force")) == 1
     others = "".join(
         letter for letter, c in found.items()
@@ -268,25 +261,6 @@ def _in_radians(column: ColumnGuess) -> ColumnGuess:
         return column
     name = replace(column.name, unit="rad", factor=1e-3)
     return replace(column, name=name, unit="rad", values=1e-3 * column.values)
-
-
-def _of_length_one(file: FileGuess) -> tuple[ColumnGuess, ...]:
-    """Columns of a log whose quaternion is in counts, a fixed number of which are one."""
-    four = [c for c in file.of("quaternion") if c.values is not None]
-    if len(four) != len("xyzw"):
-        return file.columns
-    values = np.column_stack([numbers_of(c) for c in four])
-    length = np.linalg.norm(values[np.isfinite(values).all(axis=1)], axis=1)
-    size = float(np.median(length)) if length.size else 0.0
-    if size <= _LARGER or np.ptp(length) > _GRAVITY_WITHIN * size:
-        return file.columns
-    one = float(2.0 ** np.round(np.log2(size)))
-    one = one if abs(size / one - 1.0) < _GRAVITY_WITHIN else size
-    own = {
-        c.column: replace(c, values=numbers_of(c) / one, name=replace(c.name, factor=1.0 / one))
-        for c in four
-    }
-    return tuple(own.get(c.column, c) for c in file.columns)
 
 
 def _axes_again(file: FileGuess) -> dict[str, ColumnGuess]:

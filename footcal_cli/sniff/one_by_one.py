@@ -1,4 +1,4 @@
-"""A file for each hold or each mark: what was meant stands in a sheet, or in the files' names.
+"""A file for each mark on a plate, whose name says where it is.
 
 Room: sniff; asked by several. The files are looked at as one log, whose rows know their file.
 """
@@ -6,14 +6,14 @@ Room: sniff; asked by several. The files are looked at as one log, whose rows kn
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names
-from footcal_cli.sniff.file_names import Part, called
+from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one
 from footcal_cli.sniff.levers import with_levers
 from footcal_cli.sniff.names import NameGuess
@@ -21,7 +21,7 @@ from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.units import metres_per
 
-_LEAST_FILES, _LEAST_MARKS = 3, 4
+_LEAST_MARKS = 4
 _PLACE = re.compile(
     r"(?<![A-Za-z])x[ =_]?([-+]?\d+(?:[.p]\d+)?)(mm|cm|m)?[ ,;_]*y[ =_]?([-+]?\d+(?:[.p]\d+)?)"
     r"(mm|cm|m)?(?!\d|\.\d)",
@@ -31,65 +31,6 @@ _PLACE = re.compile(
 _WRITTEN = ("mm", "cm", "m")
 _NEARLY = 0.2
 """How far the span of a CoP may be from that of the marks, where it says their unit."""
-
-
-def posed_files(
-    group: list[FileGuess], sheet: FileGuess, posed: Callable[[FileGuess, FileGuess], Part | None]
-) -> Part | None:
-    """Files of one hold each, and a sheet that says by their number or name how each was turned.
-
-    Parameters
-    ----------
-    group, sheet
-        The files of the holds, and the table of attitudes.
-    posed
-        The plan for one log with the number of a pose in its rows, and its sheet.
-    """
-    if len(group) < _LEAST_FILES or sheet.rows < len(group):
-        return None
-    names = Names.of(called([file.path for file in group]))
-    for key in sheet.columns:
-        steps = _named_steps(key, names, group)
-        if steps is None:
-            continue
-        words = tuple(dict.fromkeys(steps))
-        ours = ColumnGuess(
-            key.column, NameGuess("placement"), None, "likely", "the files' names", words=words,
-            codes=np.repeat([words.index(s) for s in steps], [f.rows for f in group]),
-        )  # fmt: skip
-        part = posed(as_one(group, (ours,)), sheet)
-        if part is not None:
-            meant = dict(zip(names.middle, steps, strict=True))
-            entries = {
-                name: _by_file(entry, names, {w: entry.names[s] for w, s in meant.items()})
-                if entry.column is not None and entry.column.column == key.column else entry
-                for name, entry in part.plan.entries.items()
-            }  # fmt: skip
-            return _part(group, replace(part.plan, entries=entries), names)
-    return None
-
-
-def _named_steps(
-    key: ColumnGuess, names: Names, group: Sequence[FileGuess]
-) -> tuple[str, ...] | None:
-    """For each file the text of a sheet's column that means it; None where one has none."""
-    if key.values is not None:
-        texts = [f"{v:.0f}" for v in key.values.tolist() if v == v and v == round(v)]
-    else:
-        texts = [key.words[i] for i in key.codes if i >= 0] if key.codes is not None else []
-    if len({*texts}) < max(len(texts), len(group)):
-        return None
-    found = []
-    for word, file in zip(names.middle, group, strict=True):
-        digits = re.findall(r"\d+", word)
-        stem = file.path.name.split(".")[0]
-        either = [t for t in texts if t in (file.path.name, stem, word)]
-        either += [t for t in texts if len(digits) == 1 and t.isdecimal()
-                   and int(t) == int(digits[0])]  # fmt: skip
-        if not either:
-            return None
-        found.append(either[0])
-    return tuple(found) if len({*found}) == len(found) else None
 
 
 def marked_files(group: list[FileGuess]) -> Part | None:
@@ -141,11 +82,6 @@ def _spans(file: FileGuess, holes: Sequence[ColumnGuess], unit: str) -> bool:
         if abs(theirs * metres_per(cop.unit) / ours - 1.0) > _NEARLY:
             return False
     return True
-
-
-def _by_file(entry: Entry, names: Names, meant: dict[str, str]) -> Entry:
-    """An entry whose numbers go by the file's name."""
-    return replace(entry, column=None, file_name=names.expression, names=meant)
 
 
 def _part(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> Part:

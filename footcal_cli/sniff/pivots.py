@@ -28,6 +28,7 @@ _RARE = 0.05
 _RATHER_FEWER = 2
 """Of a load that is noted when it changes there are so many times fewer rows than of readings."""
 _FROM_THE_YEAR = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
+_FILE = re.compile(r"[^*?<>|]*[^\W\d][^*?<>|]*\.[A-Za-z][A-Za-z0-9]{1,7}")
 _LABELS = ("label", "placement")
 _MEASURED = ("reading", "force", "cop", "unknown", "pressure")
 _SIDES = {"left", "right"}
@@ -56,6 +57,8 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
         if c.quantity in _MEASURED and c.values is not None and c.unit not in TIMES
     ]  # fmt: skip
     loaded = any(c.quantity == "load" and c.values is not None for c in columns)
+    if any(map(_names_files, columns)):
+        return None  # an index: each row says what a file is of
     if not named or not measured or (loaded and not any(map(_tell_loads, named))):
         return None
     # six axes of legs are read as they stand, a row for each: they hang
@@ -117,6 +120,13 @@ def _are_places(column: ColumnGuess) -> bool:
     """Whether every word of a column names another place under a foot, as series do."""
     said = [name_guess(word) for word in column.words]
     return all(n.place for n in said) and len({(n.side, n.place) for n in said}) == len(said)
+
+
+def _names_files(column: ColumnGuess) -> bool:
+    """Whether each row of a column names another file."""
+    if column.codes is None or np.unique(column.codes).size < column.codes.size:
+        return False
+    return all(_FILE.fullmatch(word.strip()) for word in column.words)
 
 
 def _tell_loads(column: ColumnGuess) -> bool:

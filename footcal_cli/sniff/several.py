@@ -18,31 +18,34 @@ from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
+from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.known_pieces import with_known_pieces
 from footcal_cli.sniff.lifted import with_lifted
+from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
-from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.one_by_one import marked_files, posed_files
+from footcal_cli.sniff.numbered import numbered, numbered_beside
+from footcal_cli.sniff.one_by_one import marked_files
 from footcal_cli.sniff.placed_files import placed_files
 from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
+from footcal_cli.sniff.shafts import with_shafts
 from footcal_cli.sniff.six_axis import HUNG_FIRST
 from footcal_cli.sniff.stepping import with_sides
+from footcal_cli.sniff.stretches import by_stretches
 from footcal_cli.sniff.twins import by_experiment, without_twins
 from footcal_cli.sniff.walking import walked
 from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
-_ATTITUDE = ("quaternion", "angle", "matrix", "gravity", "acceleration")
 
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
-    parts, others = _planned(walked(with_known_pieces(files)))
+    parts, others = _planned(walked(with_shafts(with_known_pieces(files))))
     made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
@@ -83,8 +86,8 @@ def _turned_round(plan: LogPlan) -> LogPlan:
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     placed_apart, files = placed_files(with_holes_named(files))
-    indexed, files = indexed_placements(files)
-    placed_apart += indexed
+    by_index, files = indexed_placements(files)
+    placed_apart += by_index
     groups: dict[object, list[FileGuess]] = {}
     for file in files:
         names = tuple(c.column for c in file.columns)
@@ -94,10 +97,15 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         joined = _two(alike[0][0], alike[1][0])
         if joined:
             return joined, []
+    if len(alike) > 2 and not placed_apart:
+        posed, alike = _with_sheets(alike)
+        if posed:
+            more, others = _planned([file for group in alike for file in group])
+            return [*posed, *more], others
     for group, rest in permutations(alike, 2) if len(alike) == 2 and not placed_apart else ():
         if len(group) > len(rest) == 1 and (each := by_sheet_of_cells(group, rest[0])):
             return each, []
-        if len(rest) == 1 and (made := posed_files(group, rest[0], _posed)) is not None:
+        if len(rest) == 1 and (made := indexed(group, rest[0])) is not None:
             return [made], []
         if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):
             made = _with_attitude(group, numbered(rest[0]))
@@ -119,6 +127,26 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     return with_one_name(*with_lifted(placed, left))
 
 
+def _with_sheets(
+    alike: Sequence[list[FileGuess]],
+) -> tuple[list[Part], list[list[FileGuess]]]:
+    """Six-axis logs with the sheets that say how each was turned, and what is left of the logs."""
+    left, parts = list(alike), list[Part]()
+    for group, rest in permutations(alike, 2):
+        if len(rest) > 1 or not all(any(one is own for own in left) for one in (group, rest)):
+            continue
+        first, sheet = numbered(group[0]), rest[0]
+        if not wrenches(first) or wrenches(numbered(sheet)) or attitude_of(first, None):
+            continue
+        made = indexed(group, sheet)
+        if made is None and len(group) == 1:
+            made = _posed(group[0], sheet)
+        if made is not None:
+            parts.append(made)
+            left = [own for own in left if own is not group and own is not rest]
+    return parts, left
+
+
 def _two(one: FileGuess, other: FileGuess) -> list[Part]:
     """Two different logs: readings and their reference, or sensors and the body."""
     if (one.of("orientation") or other.of("orientation")) and all(
@@ -132,6 +160,10 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if plan is not None:
                 body = _at_rows(file, beside)
                 return with_body(plan, beside, body, mounted(wrenches(file), body))
+    for file, beside in ((one, other), (other, one)):
+        still = by_stretches(file, beside) or by_log_sheet(file, beside)
+        if still is not None:
+            return [still]
     for file, beside in ((one, other), (other, one)):
         if _hang(file, beside):
             made = _with_attitude([file], numbered(beside)) or _of_holds(file, beside)
@@ -257,23 +289,23 @@ def _by_steps(file: FileGuess, steps: FileGuess) -> Part | None:
 
 def _posed(file: FileGuess, sheet: FileGuess) -> Part | None:
     """A six-axis transducer with the number of a pose, and a sheet of the poses' attitudes."""
-    turned = [c for c in numbered(sheet).of(*_ATTITUDE) if c.values is not None]
+    turned = [c for c in numbered_beside(sheet, file).of(*ATTITUDE) if c.values is not None]
     shared = _steps(file, sheet)
     if shared is None or not turned or not wrenches(numbered(file)):
         return None
     ours, called = shared
     names = {(c.quantity, c.name.axis): _names(called, c) for c in turned}
     joined = (_at_steps(ours, called, c) for c in turned)
-    kept = (c for c in file.columns if c is not ours)
-    plan = plan_of(replace(file, columns=(*kept, *joined)))
+    plan = plan_of(replace(file, columns=(*file.columns, *joined)))
     if plan is None:
         return None
     entries = {
         name: entry if entry.column is None or entry.column.column != ours.column
-        else replace(entry, names=names[entry.column.quantity, entry.column.name.axis])
+        else replace(entry, names=names.get((entry.column.quantity, entry.column.name.axis), {}))
         for name, entry in plan.entries.items()
     }  # fmt: skip
-    plan = replace(plan, entries=entries, why=f"{plan.why}, by {sheet.path.name}")
+    why = f"{plan.why}, by {sheet.path.name}"
+    plan = replace(plan, file=file, entries=entries, why=why)
     return Part(plan, (file.path,), escaped(file.path.name))
 
 
@@ -300,7 +332,7 @@ def _turned(file: FileGuess, beside: FileGuess) -> tuple[FileGuess, Beside] | No
             c, column=f"{stem}.{c.column}",
             values=_at_stamps(file, beside, c, offset) if timed else c.values,
         )
-        for c in beside.of(*_ATTITUDE)
+        for c in beside.of(*ATTITUDE)
     )  # fmt: skip
     join = Beside(beside, "time" if timed else "row", offset, why)
     return replace(file, columns=(*file.columns, *joined)), join

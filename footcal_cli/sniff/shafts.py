@@ -1,19 +1,29 @@
 """Shaft angles and contacts of legs, next to their transducers.
 
-Room: sniff; called by six_axis.
+Room: sniff; called by six_axis, and by several before logs are planned.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import Quantity, words_of
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, of
 from footcal_cli.sniff.vocabulary import LEGS
 
+_NUMBERED = re.compile(
+    r"(?<![^\W_])(?:q|th|theta|phi|alpha|ang|angle|joint|gelenk|winkel|junta|giunto|articulacion|"
+    r"angulo|angolo|θ|φ)[\W_]?\d(?!\d)", re.IGNORECASE,
+)  # fmt: skip
+"""Joints by their number: ``FL_q1``, ``joint_2``, ``θ1``."""
+_TURNS_MOST = "the joint that moves most next to its transducer"
 _LARGEST_RAD = 13.0
 """An angle without a unit that goes further than two turns in radians is in degrees."""
 
@@ -21,19 +31,94 @@ _LARGEST_RAD = 13.0
 def beside(
     file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]], *quantities: Quantity
 ) -> dict[str, ColumnGuess]:
-    """The one column of a quantity that belongs to each transducer; empty unless all have one."""
-    found: dict[str, ColumnGuess] = {}
-    for name, group in six.items():
-        own = group["fx"].name
-        there = [
-            c for c in _columns(file, quantities)
-            if (c.name.side, c.name.place) == (own.side, own.place)
-            and set(own.owner.split("_")) <= {*c.name.owner.split("_"), ""}
-        ]  # fmt: skip
-        if len(there) != 1:
-            return {}
-        found[name] = there[0]
-    return found
+    """The one column of a quantity that belongs to each transducer; empty unless all have one.
+
+    A column belongs to a transducer that its name names, else to the one of the same leg, else to
+    the one of the same number.
+    """
+    columns = _columns(file, quantities)
+    for belongs in (_named_after, _of_one_leg, _of_one_number):
+        found = {
+            name: [c for c in columns if belongs(c, group["fx"])] for name, group in six.items()
+        }
+        taken = [c.column for there in found.values() for c in there]
+        if all(found.values()) and len({*taken}) == len(taken):
+            return _moving_most(found)
+    return {}
+
+
+def _named_after(column: ColumnGuess, axis: ColumnGuess) -> bool:
+    ours, theirs = column.name, axis.name
+    return (ours.side, ours.place) == (theirs.side, theirs.place) and (
+        {*theirs.owner.split("_")} <= {*ours.owner.split("_"), ""}
+    )
+
+
+def _of_one_leg(column: ColumnGuess, axis: ColumnGuess) -> bool:
+    ours, theirs = column.name, axis.name
+    return (ours.side, ours.place) == (theirs.side, theirs.place) != ("", "")
+
+
+def _of_one_number(column: ColumnGuess, axis: ColumnGuess) -> bool:
+    ours, theirs = (re.findall(r"\d+", c.column) for c in (column, axis))
+    return bool(ours) and [int(n) for n in ours] == [int(n) for n in theirs]
+
+
+def _moving_most(found: Mapping[str, Sequence[ColumnGuess]]) -> dict[str, ColumnGuess]:
+    """One column for each transducer; of several joints in each leg the one that moves most.
+
+    Joints are distinguished by what stands in their names beside the leg's.
+    """
+    called = {
+        name: {_beside_the_others(c, there): c for c in there} for name, there in found.items()
+    }
+    joints = {*next(iter(called.values()))}
+    if any({*own} != joints for own in called.values()):
+        return {}
+    moved = {
+        joint: sum(float(np.nanstd(numbers_of(own[joint]))) for own in called.values())
+        for joint in sorted(joints)
+    }
+    joint = max(moved, key=lambda j: moved[j])
+    return {name: own[joint] for name, own in called.items()}
+
+
+def _beside_the_others(column: ColumnGuess, others: Sequence[ColumnGuess]) -> str:
+    """Words of a name that the names of a leg's other joints do not share."""
+    words = [{*words_of(c.column)} for c in others if c is not column]
+    return " ".join(w for w in words_of(column.column) if not all(w in own for own in words))
+
+
+def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
+    """Logs in which numbered joints of legs (q1, q2) are known for shafts, or for other joints.
+
+    The joint of each leg that moves most next to its transducer turns the leg; the others are held,
+    or move what hangs there. What one log shows holds for all of them.
+    """
+    found: set[str] = set()
+    for file in files:
+        six = wrenches(numbered(file))
+        if six and not file.of("phase"):
+            made = replace(file, columns=tuple(map(_as_shaft, file.columns)))
+            found |= {c.column for c in beside(made, six, "phase").values()}
+    return [replace(file, columns=tuple(_known(c, found) for c in file.columns)) for file in files]
+
+
+def _as_shaft(column: ColumnGuess) -> ColumnGuess:
+    """A column of a numbered joint as that of a shaft."""
+    numbered_joint = column.values is not None and _NUMBERED.search(column.column)
+    plain = column.quantity in ("unknown", "quaternion") and column.unit in (None, "rad", "deg")
+    return column.as_quantity("phase", "guess", _TURNS_MOST) if numbered_joint and plain else column
+
+
+def _known(column: ColumnGuess, shafts_of: Collection[str]) -> ColumnGuess:
+    """A numbered joint as what the logs of legs show it to be."""
+    made = _as_shaft(column)
+    if not shafts_of or made is column:
+        return column
+    if column.column in shafts_of:
+        return made
+    return column.as_quantity("other", "likely", "a joint that does not turn the whole leg")
 
 
 def legs_first(labels: Sequence[ColumnGuess]) -> list[ColumnGuess]:

@@ -53,8 +53,10 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     pose = attitude_of(file, None if labels else forces_of(next(iter(six.values()))))
     orientation = [c for c in file.of("orientation") if c.words]
     mounts = None
-    if not orientation and (len(forces) > 1 or (pose is not None and pose.explains is False)):
+    if len(forces) > 1 or (not orientation and pose is not None and pose.explains is False):
         mounts = mounts_of(file, forces)
+    if orientation and mounts is not None:  # numbers are more exact than words, if forces agree
+        orientation, mounts = ([], mounts) if mounts.hang else (orientation, None)
     hang = mounts is not None and mounts.hang is True
     if mounts is not None and mounts.hang is False and len(forces) > 2:
         standing = _poses(file, six, labels, mounts)

@@ -12,6 +12,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.body_columns import foot_names, in_millimetres, of_the_com, of_the_feet
+from footcal_cli.sniff.foot_angles import angle_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.triples import Axes, angles, axes_of, quaternions
@@ -39,7 +40,10 @@ def standing(file: FileGuess) -> FileGuess:
     turned = [*quaternions(columns, axes_of(columns)), *angles(columns)]
     frames = {i: own[0] for i, v in enumerate(feet)
               if (own := [a for a in turned if a.before.startswith(v.before)])}  # fmt: skip
-    units = {i: next(iter(own.columns.values())).unit or "rad" for i, own in frames.items()}
+    units = {
+        i: angle_unit(own, np.zeros(file.rows, complex))
+        for i, own in frames.items() if "yaw" in own.columns
+    }  # fmt: skip
     in_mm = in_millimetres(above[0].values("xyz"))
     made = of_the_com({"com": above[0]}, in_mm=in_mm) | of_the_feet(
         feet, foot_names([v.before for v in feet], places, None), frames, units, in_mm=in_mm

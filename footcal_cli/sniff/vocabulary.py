@@ -44,7 +44,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "series serie reihe messreihe série round runde zyklus ciclo ronda vuelta pasada cycles tour "
     "tornata giro repetición repeticion pass kaisu",
     "session": "session day tag set block sitzung",
-    "phase": "phase shaft crank winkel drehwinkel kurbelwinkel",
+    "phase": "phase shaft crank winkel drehwinkel kurbelwinkel fase fázis fáze faza vaihe fas "
+    "angolo angulo ángulo ângulo hoek vinkel kulma kąt úhel açı фаза угол 角度 相位 位相",
     "orientation": "orientation lage attitude ori orientacion orientación orientação orientamento",
     "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
     "agujero orificio foro furo buraco punto ponto stelle hål hul gat otwór otwor ana",
@@ -142,10 +143,13 @@ ANGLES = {
     word: axis
     for axis, spellings in {
         "roll": "roll bank rollwinkel wankwinkel rollen wanken wank roulis alabeo balanceo rollio "
+        "rolamento rolagem rolado rotolamento krängning krengning kallistus przechylenie "
         "крен 横滚角 横滚 ロール角 ロール",
         "pitch": "pitch elevation nickwinkel nicken nick tangage cabeceo beccheggio arfagem "
+        "pochylenie stampning "
         "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
         "yaw": "yaw heading gierwinkel gieren gier lacet guiñada guinada imbardata "
+        "odchylenie girning "
         "рыскание 偏航角 偏航 ヨー角 ヨー",
     }.items()
     for word in spellings.split()

@@ -1,0 +1,53 @@
+"""The unit of a foot's roll, pitch and yaw, by its name, by its size or by the way the feet go.
+
+Room: sniff; asked by bodies.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.triples import Axes
+
+_PARTS = 10
+"""Parts of a walk whose directions are compared with the headings in them."""
+_CLEARLY = 0.5
+"""The right unit leaves so small a share of what the other leaves."""
+
+
+def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:
+    """Unit of a frame's angles, and by what; by nothing where it is a guess.
+
+    Feet turn as the way turns that they go: of walks in the foot's own heading, the directions lie
+    closer together if the heading was read in its unit.
+
+    Parameters
+    ----------
+    axes
+        Roll, pitch and yaw.
+    way
+        Where the feet are on the floor at the same rows, x + iy, shape (n,).
+    """
+    if (said := axes.columns["yaw"].unit) in ("rad", "deg"):
+        return said, "its name"
+    yaw = axes.values(["yaw"])[:, 0]
+    if float(np.nanmax(np.abs(axes.values(list(axes.columns))))) > 2.0 * np.pi:
+        return "deg", "its size"
+    rad, deg = (_apart(heading, way) for heading in (yaw, np.radians(yaw)))
+    if min(rad, deg) < _CLEARLY * max(rad, deg):
+        return ("rad" if rad < deg else "deg"), "how it turns with the way of the feet"
+    return "rad", ""
+
+
+def _apart(heading_rad: FloatArray, way: NDArray[np.complex128]) -> float:
+    """How far ways lie apart as seen by who turns so: 1 less the length of their mean, 0 to 1."""
+    good = np.flatnonzero(np.isfinite(heading_rad) & np.isfinite(way))
+    if good.size < 2 * _PARTS:
+        return 1.0
+    parts = np.array_split(good, _PARTS)
+    gone = np.array([way[own[-1]] - way[own[0]] for own in parts])
+    seen = gone * np.exp(-1j * np.array([heading_rad[own].mean() for own in parts]))
+    whole = float(np.abs(gone).sum())
+    return 1.0 - float(abs(seen.sum())) / whole if whole > 0 else 1.0
