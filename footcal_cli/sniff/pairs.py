@@ -40,7 +40,7 @@ def pair_of_columns(
     labels
         Columns of texts, in the order of the file.
     """
-    found = []
+    found: list[tuple[float, int, ColumnGuess]] = []
     for first, second in combinations(labels, 2):
         one, other = codes_of(first), codes_of(second)
         if one.size != force.size or other.size != force.size or min(one.min(), other.min()) < 0:

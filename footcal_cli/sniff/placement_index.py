@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
@@ -96,7 +96,7 @@ def _until(sheet: FileGuess, stamp: ColumnGuess) -> FloatArray | None:
     return None
 
 
-def _medians(cell: ColumnGuess, on: FloatArray, rows: int) -> ColumnGuess:
+def _medians(cell: ColumnGuess, on: IntArray, rows: int) -> ColumnGuess:
     """A reading's medians in each placement, shape (rows,)."""
     read = numbers_of(cell)
     return replace(cell, values=np.array([np.nanmedian(read[on == k]) for k in range(rows)]))

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
+from footcal_cli.core.inference.linear import bounded_least_squares
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.guesses import ColumnGuess, codes_of
 from footcal_cli.sniff.said_weights import DASHES, says_nothing
@@ -61,5 +61,5 @@ def share_one_weight(readings: Sequence[FloatArray], places: IntArray) -> bool:
         within = np.mean((off - means[at]) ** 2, axis=0)
         if np.any(within > (1 - _BY_PLACE) * spread):
             return False
-    each = lsq_linear(off / np.sqrt(spread.max()), np.zeros(len(off)), _ALIKE).x
+    each = bounded_least_squares(off / np.sqrt(spread.max()), np.zeros(len(off)), *_ALIKE)
     return bool(np.mean((off @ each) ** 2) < _TOGETHER * (each**2 @ spread))

@@ -104,11 +104,11 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
     made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
     names = {column.column for column in columns}
     for axes in axes_of(columns):
-        word = _TURNS.search(axes.before)
-        if word is None or "w" in axes.columns or not _at_most_a_turn(axes):
+        turns = _TURNS.search(axes.before)
+        if turns is None or "w" in axes.columns or not _at_most_a_turn(axes):
             continue
-        left = axes.before[: word.start(1)] + "l" + axes.before[word.end(1) :]
-        if word[1].lower() == "r" and any(name.lower().startswith(left.lower()) for name in names):
+        left = axes.before[: turns.start(1)] + "l" + axes.before[turns.end(1) :]
+        if turns[1].lower() == "r" and any(name.lower().startswith(left.lower()) for name in names):
             continue  # what is called l and r is left and right
         own = dict(zip(ROLL_PITCH_YAW, (axes.columns[a] for a in "xyz"), strict=True))
         made.append(Axes(axes.before, axes.after, own))

@@ -287,8 +287,8 @@ def test_a_file_for_each_leg_and_soles_called_after_them(tmp_path: Path) -> None
             for name, v in body.items()}  # fmt: skip
     body = {name.replace("YaW", "Yaw"): values for name, values in body.items()}
     found = _parts([*paths, _written(tmp_path / "body.csv", body)])
-    cells = [f"{leg}_{c}" for leg in ("fl", "fr", "hl", "hr") for c in "abc"]
-    assert sorted(found["cells"].plan.channels) == sorted(cells)
+    expected = [f"{leg}_{c}" for leg in ("fl", "fr", "hl", "hr") for c in "abc"]
+    assert sorted(found["cells"].plan.channels) == sorted(expected)
     assert len(found["cells"].beside) == 3
     motion = _columns(found["body"].plan)
     assert motion["hl_foot_x_m"] == "LHX"

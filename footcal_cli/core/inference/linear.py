@@ -260,3 +260,10 @@ def variance_shares(squares: FloatArray, columns: FloatArray) -> FloatArray:
         found, _ = optimize.nnls(columns / weight[:, None], squares / weight)
         weight = np.maximum(columns @ found, 1e-18)
     return np.asarray(found)
+
+
+def bounded_least_squares(
+    basis: FloatArray, target: FloatArray, lower: float, upper: float
+) -> FloatArray:
+    """Coefficients of least squares between two bounds, shape (columns,)."""
+    return np.asarray(optimize.lsq_linear(basis, target, (lower, upper)).x)
