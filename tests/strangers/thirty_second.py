@@ -118,7 +118,7 @@ def spanish_walk(to: Path, rng: Rng) -> Made:
     head += [f"pos_pie_{s}_{a}" for s in ("izq", "der") for a in "xyz"]
     body = [*walk.com.T, *walk.feet.reshape(-1, 6).T]
     lines = ["\t".join(head), *rows(walk.time, *read.T, *body, sep="\t", form="%.9g")]
-    names = [f"pie_{s}_{i}" for s in ("izq", "der") for i in range(1, 5)]
+    names = [f"{side}_{i}" for side in ("left", "right") for i in range(1, 5)]
     return Made([write(to / "marcha.tsv", lines)], _scales(names, scale), "cells sit",
                 fill=_owner())  # fmt: skip
 
