@@ -25,7 +25,7 @@ from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.grams import calibration_grams
 from footcal_cli.core.inference.linear import scaled_inverse
-from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.tracking import Direction
 from footcal_cli.core.parameters import FloatArray
 
@@ -49,7 +49,7 @@ def with_moved_gain(
     Parameters
     ----------
     table
-        Effects by name that scale one cell (`Trait.GAIN`).
+        Effects by name that scale one cell (`Trait.GAIN`) or mix several (`Trait.MIXTURE`).
     others
         All effects by name: what a walk cannot distinguish from a gain is among them.
     found, describe, rules, seed, advance
@@ -96,17 +96,25 @@ def named_in(
     if not path.causes:
         return None
     (cause,) = path.causes
-    owners = cause.signature.owners
-    if {c for _, cells in owners for c in cells} != set(moved):
+    gain = next((s for s in (cause.signature, *cause.rivals) if _is_gain_of(s, moved, table)), None)
+    if gain is None:
         return None
-    alike = [name for name in table[cause.signature.effect].mimics if name in others]
-    if cause.size.value > 0.0 or len(moved) == 1:
+    alike = [name for name in table[gain.effect].mimics if name in others]
+    if gain is not cause.signature:
+        alike = []  # a mixture of cells explains more than their gains do
+    elif cause.size.value > 0.0 or len(moved) == 1:
         # what an error of a foot's load as a whole takes, it takes from all of its cells
         alike = [name for name in alike if Trait.OF_THE_SUM not in others[name].traits]
     rivals = (usual(others[name], cause.signature.where) for name in alike)
     cause = replace(cause, rivals=(*cause.rivals, *rivals))
     verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
     return named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
+
+
+def _is_gain_of(signature: Signature, moved: Sequence[str], table: Mapping[str, Effect]) -> bool:
+    """Whether it is a gain of these cells and no others."""
+    cells = {c for _, units in signature.owners for c in units}
+    return Trait.GAIN in table[signature.effect].traits and cells == set(moved)
 
 
 def gains_against(case: Case, problem: Problem) -> tuple[MovedGain, ...]:

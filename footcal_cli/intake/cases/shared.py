@@ -86,10 +86,11 @@ class CaseRead:
         }
 
     def gains(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
-        """What scales one cell, of cells whose gains were known before."""
+        """What scales one cell or mixes several, of cells whose gains were known before."""
         if self.case.known is None or not self.case.drifts:
             return {}
-        return {name: effect for name, effect in table.items() if Trait.GAIN in effect.traits}
+        kinds = {Trait.GAIN, Trait.MIXTURE}
+        return {name: effect for name, effect in table.items() if kinds & set(effect.traits)}
 
     def zeros(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
         """What moves the zero of one cell, which a tracked calibration follows."""
