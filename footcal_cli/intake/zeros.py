@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from footcal_cli.core.checks.streams import check_zeros_in_order
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.intake.placed_weights import placed
@@ -116,6 +117,7 @@ def _read(session: Session[Any], channels: Sequence[str]) -> Zeros:
     each = -(-_PIECES // len(logs))
     pieces = [piece for log in logs for piece in np.array_split(log, min(each, len(log)))]
     means = np.array([np.nanmean(piece, axis=0) for piece in pieces])
+    session.note(check_zeros_in_order(means, channels))
     spread = means.std(axis=0, ddof=1) if len(means) > 1 else np.zeros(len(channels))
     return Zeros(np.nanmean(np.concatenate(logs), axis=0), spread, len(means))
 

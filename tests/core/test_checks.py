@@ -9,7 +9,12 @@ from scipy.spatial.transform import Rotation
 from footcal_cli.core.checks.holes import check_holes
 from footcal_cli.core.checks.legs import check_poses
 from footcal_cli.core.checks.loads import check_exchanged
-from footcal_cli.core.checks.streams import check_feet_together, check_hum, check_zeros
+from footcal_cli.core.checks.streams import (
+    check_feet_together,
+    check_hum,
+    check_zeros,
+    check_zeros_in_order,
+)
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding, check_stream
 from footcal_cli.core.readings import check_glitches, resolution_of
@@ -197,3 +202,19 @@ def test_a_zero_that_moves_shows_in_the_swings(zero_n: FloatArray, moved: float 
 
 def test_of_a_few_swings_no_zero_is_known() -> None:
     assert not check_zeros(*swings(np.array([0.0, 6.0]), 10.0), ("left_a", "left_b"), WEIGHT_N)
+
+
+def test_a_zero_that_goes_one_way_between_rounds_is_said() -> None:
+    rng = np.random.default_rng(4)
+    names = [f"foot_{c}" for c in range(6)]
+    zeros = rng.normal(0.0, 800.0, (5, 6))
+    assert check_zeros_in_order(zeros, names) == []
+    zeros[:, 1] += 18_000.0 * (1.0 - np.exp(-np.arange(5) / 4.0))
+    assert [f.where for f in check_zeros_in_order(zeros, names)] == ["foot_1"]
+
+
+def test_zeros_that_scatter_go_no_way_of_their_own() -> None:
+    rng = np.random.default_rng(5)
+    names = [f"foot_{c}" for c in range(6)]
+    found = [check_zeros_in_order(rng.normal(0.0, 800.0, (5, 6)), names) for _ in range(300)]
+    assert sum(map(bool, found)) <= 6

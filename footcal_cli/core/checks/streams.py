@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from footcal_cli.core import chances
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding, listed
 from footcal_cli.core.signals import stretches
@@ -38,6 +39,8 @@ HUM_ALONE = 8.0
 """Its power over the next line's: harmonics of a gait come in rows of nearly the same size."""
 ZERO_MOVES, ZERO_SD = 0.005, 8.0
 """Share of the weight, and sd by neighbouring swings, by which a cell's zero may move in a log."""
+_APART, _BY_CHANCE = 3.0, 0.05
+"""Times the usual range, and chance of a trend, by which one cell's zeros go their own way."""
 LIFTED_M, EXCHANGED_SHARE = 0.006, 0.7
 """A foot is in the air above this height; it cannot carry that share of the robot there."""
 
@@ -179,6 +182,40 @@ def check_zeros(
                 "let the cells warm up, or take zeros in every swing; a calibration that is "
                 "tracked along the walk follows it, a constant one does not",
             )  # fmt: skip
+
+
+def check_zeros_in_order(counts: FloatArray, names: Sequence[str]) -> list[Finding]:
+    """Find a cell whose zeros go one way from one time without load to the next.
+
+    By the t of their slope, ``t = r √((n − 2) / (1 − r²))``, Bonferroni over the cells, and by
+    several times the range of the other cells' zeros.
+
+    Parameters
+    ----------
+    counts
+        Zero of each cell at each time, in their order, shape (n, c).
+    """
+    n, cells = counts.shape
+    good = np.isfinite(counts).all() and n > 2 and cells > 2
+    if not good:
+        return []
+    moved = np.ptp(counts, axis=0)
+    most = int(np.argmax(moved / max(float(np.median(moved)), 1e-300)))
+    usual = float(np.median(np.delete(moved, most)))
+    if not moved[most] > _APART * usual > 0.0:
+        return []
+    r = float(np.asarray(np.corrcoef(np.stack([np.arange(n), counts[:, most]])))[0, 1])
+    t = abs(r) * np.sqrt((n - 2) / max(1.0 - r * r, 1e-12))
+    if 2.0 * float(chances.t_sf(t, n - 2)) * cells > _BY_CHANCE:
+        return []
+    return [
+        Finding(
+            "zero_moves", "warning", names[most],
+            f"its zero goes by {moved[most]:,.0f} counts from the first reading without load to "
+            f"the last, those of the other cells by {usual:,.0f}",
+            "let the cells warm up, or take zeros before each round and give each round its own",
+        )
+    ]  # fmt: skip
 
 
 def _late(force: FloatArray, names: Sequence[str], step_s: float) -> Iterator[Finding]:
