@@ -207,9 +207,9 @@ def test_of_a_few_swings_no_zero_is_known() -> None:
 def test_a_zero_that_goes_one_way_between_rounds_is_said() -> None:
     rng = np.random.default_rng(4)
     names = [f"foot_{c}" for c in range(6)]
-    zeros = rng.normal(0.0, 800.0, (5, 6))
+    zeros = rng.normal(0.0, 800.0, (7, 6))
     assert check_zeros_in_order(zeros, names) == []
-    zeros[:, 1] += 18_000.0 * (1.0 - np.exp(-np.arange(5) / 4.0))
+    zeros[:, 1] += 18_000.0 * (1.0 - np.exp(-np.arange(7) / 4.0))
     assert [f.where for f in check_zeros_in_order(zeros, names)] == ["foot_1"]
 
 

@@ -89,3 +89,20 @@ def test_the_answer_names_the_cell_and_its_size() -> None:
     proposed = next_experiment(found, TABLE, None)
     assert proposed is not None
     assert proposed.words == TABLE["scale_change"].separates
+
+
+def test_a_crosstalk_is_no_gain_of_the_neighbour() -> None:
+    """What a cell has from its neighbour alone is nearly a gain of that neighbour."""
+    cell = ROBOT.channels[0]
+    shown = {f"{cell}.crosstalk": 0.12, f"{cell}.crosstalk_from": 1.0}
+    case = walked(1, {}, ("crosstalk", {cell: (cell,)}, shown))
+    before = investigate(case, {}, describe)
+
+    def named(*kinds: Trait) -> set[str]:
+        asked = {n: e for n, e in TABLE.items() if set(kinds) & set(e.traits)}
+        found = with_moved_gain(before, asked, TABLE, describe, Rules(), 0, uncounted).found
+        return {s.effect for f in found for s in (f.cause.signature, *f.cause.rivals)}
+
+    assert "scale_change" in named(Trait.GAIN)
+    both = named(Trait.GAIN, Trait.MIXTURE)
+    assert not both or "crosstalk" in both
