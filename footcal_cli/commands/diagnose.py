@@ -165,6 +165,7 @@ def _investigated(
 
     from footcal_cli.core.bench_rows import UNEVEN
     from footcal_cli.core.diagnosis.answer import Verdict
+    from footcal_cli.core.diagnosis.inquiry import Inquiry
     from footcal_cli.core.diagnosis.investigation import investigate
     from footcal_cli.core.diagnosis.known_gain import with_known_gain
     from footcal_cli.core.diagnosis.moved_gain import with_moved_gain
@@ -189,10 +190,11 @@ def _investigated(
             read.findings.append(found.odd.finding)
         if found.verdict is Verdict.NONE and any(f.code == UNEVEN for f in read.findings):
             found = replace(found, verdict=Verdict.UNKNOWN)  # a cell unlike all others is no noise
-        gains, seed = read.like_a_gain(table), session.request.seed
-        again = with_known_gain(found, gains, describe, rules, seed, advance)
-        again = with_moved_gain(again, read.gains(table), table, describe, rules, seed, advance)
-        again = with_moved_zero(again, read.zeros(table), table, describe, rules, seed, advance)
+        gains = read.like_a_gain(table)
+        inquiry = Inquiry(table, describe, rules, session.request.seed, advance)
+        again = with_known_gain(found, gains, inquiry)
+        again = with_moved_gain(again, read.gains(table), inquiry)
+        again = with_moved_zero(again, read.zeros(table), inquiry)
     if again is found:
         return read, found
     answered = {s.effect for f in again.found for s in (f.cause.signature, *f.cause.rivals)}

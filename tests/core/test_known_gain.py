@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.diagnosis.answer import Verdict
+from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import Investigation, investigate
 from footcal_cli.core.diagnosis.known_gain import with_known_gain
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.subject import uncounted
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import scaled_inverse
@@ -46,7 +46,7 @@ def lighter(case: Case, missing_kg: float) -> Case:
 
 def diagnosed(case: Case) -> Investigation:
     found = investigate(case, OTHERS, describe, Rules())
-    return with_known_gain(found, GAINS, describe, Rules(), 0, uncounted)
+    return with_known_gain(found, GAINS, Inquiry(GAINS, describe))
 
 
 def named(found: Investigation) -> set[str]:

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.moved_gain import gains_against, with_moved_gain
 from footcal_cli.core.diagnosis.next_experiment import ambiguity, next_menu
-from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.subject import uncounted
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.case import Case, rows_of
@@ -70,7 +69,7 @@ def test_the_answer_names_the_cell_and_its_size() -> None:
     case, table = walked(2, {cell: 1.1}), {n: e for n, e in TABLE.items() if n != "scale_change"}
     before = investigate(case, {}, describe)
     gains = {n: e for n, e in TABLE.items() if Trait.GAIN in e.traits}
-    found = with_moved_gain(before, gains, {**table, **gains}, describe, Rules(), 0, uncounted)
+    found = with_moved_gain(before, gains, Inquiry({**table, **gains}, describe))
     assert found.verdict == "ambiguous"
     (item,) = found.found
     assert item.owner == cell
@@ -100,7 +99,7 @@ def test_a_crosstalk_is_no_gain_of_the_neighbour() -> None:
 
     def named(*kinds: Trait) -> set[str]:
         asked = {n: e for n, e in TABLE.items() if set(kinds) & set(e.traits)}
-        found = with_moved_gain(before, asked, TABLE, describe, Rules(), 0, uncounted).found
+        found = with_moved_gain(before, asked, Inquiry(TABLE, describe)).found
         return {s.effect for f in found for s in (f.cause.signature, *f.cause.rivals)}
 
     assert "scale_change" in named(Trait.GAIN)

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from footcal_cli.core.diagnosis.bridge import problem_from
+from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.moved_zero import moved_zero, with_moved_zero
-from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
-from footcal_cli.core.diagnosis.subject import uncounted
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.inference.case import Case, rows_of
@@ -54,7 +53,7 @@ def test_the_answer_names_the_cell_and_what_moves_a_zero() -> None:
     case = walked(2, {CELL: 3.0}, wander_n=0.1)
     zeros = {n: e for n, e in TABLE.items() if Trait.ZERO in e.traits}
     before = investigate(case, {}, describe)
-    found = with_moved_zero(before, zeros, TABLE, describe, Rules(), 0, uncounted)
+    found = with_moved_zero(before, zeros, Inquiry(TABLE, describe))
     assert found.verdict == "ambiguous"
     (item,) = found.found
     assert item.owner == CELL

@@ -13,13 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import MovedGain, Verdict
-from footcal_cli.core.diagnosis.bridge import Describe
+from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import Investigation, named
-from footcal_cli.core.diagnosis.known_gain import along_fewer
 from footcal_cli.core.diagnosis.rehearsal import usual
-from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import happened
-from footcal_cli.core.diagnosis.subject import Advance
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.evidence import Interval
@@ -36,70 +33,30 @@ _SD_95 = 1.96
 
 
 def with_moved_gain(
-    found: Investigation,
-    table: Mapping[str, Effect],
-    others: Mapping[str, Effect],
-    describe: Describe,
-    rules: Rules,
-    seed: int,
-    advance: Advance,
+    found: Investigation, asked: Mapping[str, Effect], inquiry: Inquiry
 ) -> Investigation:
     """`found`, or the cells whose gain has moved, with what a walk cannot distinguish from that.
 
     Parameters
     ----------
-    table
+    asked
         Effects by name that scale one cell (`Trait.GAIN`) or mix several (`Trait.MIXTURE`).
-    others
-        All effects by name: what a walk cannot distinguish from a gain is among them.
-    found, describe, rules, seed, advance
-        See `investigate`.
     """
-    if found.verdict not in (Verdict.NONE, Verdict.UNKNOWN) or found.odd is not None or not table:
-        return found
-    gains = gains_against(found.case, found.problem)
+    nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN) and found.odd is None
+    gains = gains_against(found.case, found.problem) if nameless and asked else ()
     moved = [gain.cell for gain in gains if gain.certain]
     if not moved:
         return found
+    others = inquiry.table
     kept = [way for way in found.case.directions if not (way.lasting and way.channel in moved)]
-    answer = named_in(found, kept, moved, table, others, describe, rules, seed, advance)
-    return found if answer is None else replace(answer, gains_moved=gains)
-
-
-def named_in(
-    found: Investigation,
-    kept: Sequence[Direction],
-    moved: Sequence[str],
-    table: Mapping[str, Effect],
-    others: Mapping[str, Effect],
-    describe: Describe,
-    rules: Rules,
-    seed: int,
-    advance: Advance,
-) -> Investigation | None:
-    """What is named in the cells that have moved once their calibration does not follow them.
-
-    None where nothing is, or in other cells. Rivals are all that the named effect resembles.
-
-    Parameters
-    ----------
-    kept
-        Directions along which the calibration may still differ.
-    moved
-        Cells.
-    table, others
-        Effects that are looked for, and all that an answer may name.
-    found, describe, rules, seed, advance
-        See `investigate`.
-    """
-    subject, path = along_fewer(found, kept, table, others, describe, rules, seed, advance)
+    subject, path = inquiry.one_cause(found, kept, asked)
     if not path.causes:
-        return None
+        return found
     (cause,) = path.causes
-    gain = next((s for s in (cause.signature, *cause.rivals) if _is_gain_of(s, moved, table)), None)
+    gain = next((s for s in (cause.signature, *cause.rivals) if _is_gain_of(s, moved, asked)), None)
     if gain is None:
-        return None
-    alike = [name for name in table[gain.effect].mimics if name in others]
+        return found
+    alike = [name for name in asked[gain.effect].mimics if name in others]
     if gain is not cause.signature:
         alike = []  # a mixture of cells explains more than their gains do
     elif cause.size.value > 0.0 or len(moved) == 1:
@@ -108,7 +65,8 @@ def named_in(
     rivals = (usual(others[name], cause.signature.where) for name in alike)
     cause = replace(cause, rivals=(*cause.rivals, *rivals))
     verdict = Verdict.AMBIGUOUS if cause.rivals else Verdict.NAMED
-    return named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
+    answer = named(subject, happened(subject, replace(path, causes=(cause,)), verdict))
+    return replace(answer, gains_moved=gains)
 
 
 def _is_gain_of(signature: Signature, moved: Sequence[str], table: Mapping[str, Effect]) -> bool:

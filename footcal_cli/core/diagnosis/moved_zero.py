@@ -14,15 +14,13 @@ import numpy as np
 
 from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.answer import Verdict
-from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.contenders import refitted_with
+from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import Investigation, named
 from footcal_cli.core.diagnosis.jumps import Jump, at_rest
-from footcal_cli.core.diagnosis.path import beginning, continued, of_one_step, untested
+from footcal_cli.core.diagnosis.path import continued, of_one_step, untested
 from footcal_cli.core.diagnosis.rehearsal import usual
-from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.standing import happened
-from footcal_cli.core.diagnosis.subject import Advance, Subject
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.problem import Problem
 
@@ -33,43 +31,31 @@ _SURE = 1e-4
 
 
 def with_moved_zero(
-    found: Investigation,
-    table: Mapping[str, Effect],
-    others: Mapping[str, Effect],
-    describe: Describe,
-    rules: Rules,
-    seed: int,
-    advance: Advance,
+    found: Investigation, asked: Mapping[str, Effect], inquiry: Inquiry
 ) -> Investigation:
     """`found`, or the cell whose zero has moved, with what a walk cannot distinguish from that.
 
     Parameters
     ----------
-    table
+    asked
         Effects by name that move the zero of one cell (`Trait.ZERO`).
-    others
-        All effects by name: what a walk cannot distinguish from them is among these.
-    found, describe, rules, seed, advance
-        See `investigate`.
     """
-    if found.verdict not in (Verdict.NONE, Verdict.UNKNOWN) or found.odd is not None or not table:
-        return found
-    cell, p = moved_zero(found.problem)
+    nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN) and found.odd is None
+    cell, p = moved_zero(found.problem) if nameless and asked else ("", 1.0)
     if not cell:
         return found
-    problem = problem_from(found.case, found.problem, table.values(), describe)
-    subject = Subject(found.case, problem, others, describe, advance)
-    begun = beginning(problem, replace(rules, most_effects=1), seed)
-    for signature in problem.signatures:
+    others = inquiry.table
+    subject, begun = inquiry.about(found, found.case.directions, asked)
+    for signature in subject.problem.signatures:
         if signature.where != cell:
             continue
-        alike = [others[n] for n in table[signature.effect].mimics if n in others]
+        alike = [others[n] for n in asked[signature.effect].mimics if n in others]
         rivals = tuple(usual(effect, cell) for effect in alike)
         cause = replace(untested(signature, p), rivals=rivals)
         model = refitted_with(subject, [cause], None)
         model = replace(model, intervals=of_one_step(subject, cause, model, Jump()))
         path = replace(begun, causes=(cause,), answers=(begun.rounds[0],), once=True)
-        path = continued(subject, path, model, seed)
+        path = continued(subject, path, model, inquiry.seed)
         verdict = Verdict.AMBIGUOUS if rivals else Verdict.NAMED
         return named(subject, happened(subject, path, verdict))
     return found
