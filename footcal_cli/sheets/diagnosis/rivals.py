@@ -33,7 +33,7 @@ def next_best(found: Investigation) -> str | None:
         return None
     name = min(others, key=lambda effect: others[effect].value)
     return (
-        f"The next best cause, {words(name)}, leaves errors {_percent(others[name])} larger than "
+        f"The next best cause, {words(name)}, leaves errors {_off(others[name])} than "
         f"{words(mine)} does{_by_form(cause, name)}."
     )
 
@@ -61,13 +61,13 @@ def against_rivals(found: Investigation) -> list[str]:
             if more is None:
                 continue
             says = "too little to rule it out."
-            if more.low <= 0.0:
+            if more.high < 0.0:
+                says = "by blocks left out, that is the better one."
+            elif more.low <= 0.0:
                 says = "no difference to rely on."
             elif rival in OF_ANY_ORDER and mine not in OF_ANY_ORDER:
                 says = f"of first order it does, a steeper low-pass acts as {words(mine)} does."
-            lines.append(
-                f"{words(rival)} leaves errors {_percent(more)} larger than {words(mine)}: {says}"
-            )
+            lines.append(f"{words(rival)} leaves errors {_off(more)} than {words(mine)}: {says}")
     return [line[0].upper() + line[1:] for line in lines]
 
 
@@ -92,6 +92,13 @@ def losses_with(diagnosis: Diagnosis, effect: str) -> FloatArray | None:
     best = causes[int(np.argmax(evidence.gain.sum(axis=0)[causes]))]
     loss: FloatArray = diagnosis.before.loss - evidence.plain_gain[:, best]
     return loss
+
+
+def _off(more: Interval) -> str:
+    """By what share errors are larger, or smaller, with its interval."""
+    if more.value >= 0.0:
+        return f"{_percent(more)} larger"
+    return f"{_percent(Interval(-more.value, -more.high, -more.low))} smaller"
 
 
 def _percent(interval: Interval) -> str:
