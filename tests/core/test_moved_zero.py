@@ -37,7 +37,7 @@ def walked(seed: int, moves: dict[str, float], wander_n: float = 0.0) -> Case:
 
 
 def moved(case: Case) -> str:
-    return moved_zero(problem_from(case, rows_of(case), [], describe))[0]
+    return moved_zero(problem_from(case, rows_of(case), [], describe), 0.2)[0]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -47,6 +47,10 @@ def test_zeros_that_wander_alike_are_no_cell_of_its_own(seed: int) -> None:
 
 def test_a_zero_that_creeps_away_is_found_among_others_that_wander() -> None:
     assert moved(walked(1, {CELL: 3.0}, wander_n=0.1)) == CELL
+
+
+def test_a_zero_that_moves_by_less_than_matters_has_not_moved() -> None:
+    assert moved(walked(1, {CELL: 0.4}, wander_n=0.01)) == ""
 
 
 def test_the_answer_names_the_cell_and_what_moves_a_zero() -> None:

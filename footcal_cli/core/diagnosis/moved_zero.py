@@ -6,7 +6,6 @@ is tracked follows each zero, so that one that drifts shows in no residual: it s
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -24,10 +23,9 @@ from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.problem import Problem
 
-FAR = 6.0
-"""Times the usual movement of the other zeros, by which one has moved for itself."""
-_FEWEST = 6  # swings of which a trend is known
-_SURE = 1e-4
+_FEWEST, _FEWEST_CELLS = 6, 4
+"""Swings of which a trend is known, and cells that show what is usual."""
+_SURE = 1e-3
 
 
 def with_moved_zero(
@@ -41,7 +39,8 @@ def with_moved_zero(
         Effects by name that move the zero of one cell (`Trait.ZERO`).
     """
     nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN) and found.odd is None
-    cell, p = moved_zero(found.problem) if nameless and asked else ("", 1.0)
+    least_n = found.case.finding_n
+    cell, p = moved_zero(found.problem, least_n) if nameless and asked else ("", 1.0)
     if not cell:
         return found
     others = inquiry.table
@@ -61,39 +60,34 @@ def with_moved_zero(
     return found
 
 
-def moved_zero(problem: Problem) -> tuple[str, float]:
-    """The one cell whose zero has a trend over its swings, far beyond that of any other; else "".
+def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
+    """The one cell whose zero has a trend over its swings, far beyond that of all others; else "".
 
-    With the p that it has none.
+    Zeros that wander alike have trends of one variance: with τ the slope of means of swings over
+    time and c cells, ``τ_i / √(Σ_{j≠i} τ_j² / (c − 1)) ~ t(c − 1)``, Bonferroni over the cells.
 
-    The trend is the slope of means of swings over time; it is sure by the rank correlation of both
-    (Spearman), which a zero that wanders up and down does not have.
+    Parameters
+    ----------
+    least_n
+        RMS by which zeros must be off their mean to matter.
+
+    Returns
+    -------
+    The cell, and the p of the largest trend.
     """
     if not problem.drifts or problem.traces is None:
         return "", 1.0
-    names = problem.traces.names
-    trend, p = np.zeros(len(names)), np.ones(len(names))
-    for i, name in enumerate(names):
+    trends, off_n = dict[str, float](), dict[str, float]()
+    for name in problem.traces.names:
         time_s, mean, _ = at_rest(problem, name)
-        if time_s.size < _FEWEST:
-            continue
-        trend[i] = np.polyfit(time_s, mean, 1)[0]
-        p[i] = _by_chance(time_s, mean)
-    most = int(np.argmax(np.abs(trend)))
-    rest = np.abs(np.delete(trend, most))
-    usual = float(np.median(rest[rest > 0.0])) if (rest > 0.0).any() else np.inf
-    by_chance = min(1.0, float(p[most]) * len(names))
-    sure = by_chance < _SURE and abs(trend[most]) > FAR * usual
-    return (names[most], by_chance) if sure else ("", by_chance)
-
-
-def _by_chance(time_s: np.ndarray, mean: np.ndarray) -> float:
-    """P of the rank correlation of two series, by ``t = r √((n − 2) / (1 − r²))``.
-
-    Of all orders of n values one rises throughout and one falls: no p is below 2 / n!.
-    """
-    n = time_s.size
-    ranks = np.stack([np.argsort(np.argsort(x)) for x in (time_s, mean)])
-    r = float(np.asarray(np.corrcoef(ranks))[0, 1])
-    t = abs(r) * np.sqrt((n - 2) / max(1.0 - r * r, 1e-12))
-    return max(2.0 * float(chances.t_sf(t, n - 2)), 2.0 / math.factorial(n))
+        if time_s.size >= _FEWEST:
+            trends[name] = abs(float(np.polyfit(time_s, mean, 1)[0]))
+            off_n[name] = float(np.std(mean))
+    if len(trends) < _FEWEST_CELLS:
+        return "", 1.0
+    most = max(trends, key=trends.__getitem__)
+    others = [trend for name, trend in trends.items() if name != most]
+    usual = float(np.sqrt(np.mean(np.square(others))))
+    t = trends[most] / max(usual, 1e-300)
+    p = min(1.0, 2.0 * len(trends) * float(chances.t_sf(t, len(others))))
+    return (most, p) if p < _SURE and off_n[most] > least_n else ("", p)
