@@ -27,10 +27,10 @@ def with_rounds(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         return columns
     read = [c for c in columns if c.quantity in ("unknown", "reading", "force", "load")]
     read = [c for c in read if c.values is not None]
-    told = any(c.quantity in ("label", "placement") and len(c.words) > 1 for c in columns)
+    named = any(c.quantity in ("label", "placement") and len(c.words) > 1 for c in columns)
     for column in columns:
         others = [c.values for c in read if c is not column and c.values is not None]
-        enough = len(others) > 1 if told else len(others) > 2  # a load, and two cells
+        enough = len(others) > 1 if named else len(others) > 2  # a load, and two cells
         plain = column.quantity in ("unknown", "reading", "sequence") and column.unit is None
         if plain and enough and column.values is not None and is_a_round(column.values, others):
             made = column.as_quantity("repeat", "likely", "counts rounds: all readings come again")
