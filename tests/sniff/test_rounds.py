@@ -107,20 +107,20 @@ def test_loads_named_by_discs_win_over_a_row_for_each_label(
     lines, number = ["step,repeat,discs,c1_mV_per_V,c2_mV_per_V,c3_mV_per_V,clock"], 0
     for repeat in (1, 2, 3):
         for i in rng.permutation(len(sets)) if repeat == 2 else range(len(sets)):
-            load = sum(kg.get(name, 0.0) for name in sets[i].split("+"))
-            read = 0.01 * np.array([1, -2, 3]) + 0.08 * load + rng.normal(0, 1e-4, 3)
+            total = sum(kg.get(name, 0.0) for name in sets[i].split("+"))
+            read = 0.01 * np.array([1, -2, 3]) + 0.08 * total + rng.normal(0, 1e-4, 3)
             number += 1
             lines.append(",".join([str(number), str(repeat), sets[i], *(f"{v:.6f}" for v in read),
                                    f"13:{number:02d}:{7 * repeat:02d}"]))  # fmt: skip
     per = 1000.0 if head.endswith("_g") else 1.0
     sheet = write(tmp_path / "discs.csv", [head, *(f"{n},{per * v:g}" for n, v in kg.items())])
     (part,) = parts(write(tmp_path / "steps.tsv", lines, "\t"), sheet).values()
-    load = part.plan.entries["load_n"]
+    entry = part.plan.entries["load_n"]
     assert (part.plan.role, len(part.plan.wide)) == ("weights", 3)
-    assert load.column is not None
-    assert (load.column.column, load.unit) == ("discs", "g" if per > 1 else "kg")
-    assert float(load.names["E+C+D+B+A"]) == pytest.approx(per * 10.5)
-    assert float(load.names[empty]) == 0.0
+    assert entry.column is not None
+    assert (entry.column.column, entry.unit) == ("discs", "g" if per > 1 else "kg")
+    assert float(entry.names["E+C+D+B+A"]) == pytest.approx(per * 10.5)
+    assert float(entry.names[empty]) == 0.0
 
 
 @pytest.mark.parametrize(("file", "cell", "run"), [("archivo", "celda", "serie"),
@@ -145,7 +145,7 @@ def test_an_index_of_files_says_cell_and_round_and_frames_are_no_seconds(
     plan = part.plan
     assert (plan.role, set(plan.channels)) == ("weights", {"DI", "DD", "TI"})
     assert plan.entries["channel"].names["DI_2"] == "DI"
-    number = plan.entries["session" if run == "session" else "repeat"]
-    assert number.names["TI_2"] == "2"
+    turn = plan.entries["session" if run == "session" else "repeat"]
+    assert turn.names["TI_2"] == "2"
     assert plan.entries["time_s"].unit == "?"
     assert any("frames" in blank.why for blank in plan.blanks)
