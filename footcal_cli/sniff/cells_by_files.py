@@ -29,7 +29,7 @@ _NAME = re.compile(r"(?!.*\d{4})[\w-]{1,20}")
 def weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:
     """Known weights in every file, and a file for each channel."""
     called = {word: f"cell_{word}" if word.isdecimal() else word for word in names.middle}
-    return _with_channel(plan, called, names.expression, "the files' names differ so")
+    return with_channel(plan, called, names.expression, "the files' names differ so")
 
 
 def files_of_cells(
@@ -55,10 +55,10 @@ def files_of_cells(
     expression = f"^{re.escape(names.head[: len(names.head) - len(before)])}({before}.+)"
     why = "a line above each table says it too" if said else "each file has a line of its own"
     called = {word: f"cell_{word}" if word.isdecimal() else word for word in words}
-    return _with_channel(plan, called, f"{expression}{re.escape(names.tail)}$", why)
+    return with_channel(plan, called, f"{expression}{re.escape(names.tail)}$", why)
 
 
-def _with_channel(plan: LogPlan, called: dict[str, str], expression: str, why: str) -> LogPlan:
+def with_channel(plan: LogPlan, called: dict[str, str], expression: str, why: str) -> LogPlan:
     """A plan for weights with the channels that the files' names say, word -> channel."""
     channel = Entry(
         file_name=expression, why=why,

@@ -12,7 +12,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.units import LOADS
-from footcal_cli.tables.canonical import unwrapped
+from footcal_cli.tables.canonical import NOT_SAID, unwrapped
 from footcal_cli.tables.units import TIMES
 
 _EPOCHS = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
@@ -28,6 +28,8 @@ _ROWS_OF_A_STREAM, _OFTEN = 60, 0.5
 _FEW_LOADS = 20
 _RISING = 0.9
 """Share of the steps of stamps that go up."""
+TICKS, _TICKING = 12, 0.7
+"""Rows in which no reading only ever increases, and how many of these steps are not none."""
 _CLOCK_STEPS = 8
 """So many steps of nearly one size nobody typed."""
 
@@ -291,6 +293,15 @@ def one_after_another(group: Sequence[FileGuess]) -> bool:
 _HALF = 0.5
 
 
+def ticks(values: FloatArray) -> bool:
+    """Whether a first column without a name is a counter of ticks, some of them seen twice."""
+    if values.size < TICKS or not np.isfinite(values).all():
+        return False
+    steps = np.diff(values)
+    whole = bool(np.all(values == np.round(values)) and steps.min() >= 0)
+    return whole and float(np.mean(steps > 0)) > _TICKING
+
+
 def even(values: FloatArray) -> bool:
     """Whether most steps of numbers (n,) are of one size, and most of these numbers are there."""
     good = np.isfinite(values)
@@ -312,6 +323,8 @@ def usual_step(steps: FloatArray) -> float:
 def rate_of(columns: list[ColumnGuess]) -> float | None:
     """Rows per second by the stamps, None without any."""
     for column in columns:
+        if column.unit == NOT_SAID:
+            continue
         if column.quantity == "time" and (at := seconds_of(column)) is not None:
             step = usual_step(np.diff(at)) * column.name.factor
             return 1.0 / step if step else None

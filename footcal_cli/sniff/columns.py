@@ -11,6 +11,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import lost_sign, lost_sign_by_load, signed, straightness
 from footcal_cli.sniff.clocks import (
+    TICKS,
     even,
     first_in_time,
     increases,
@@ -22,17 +23,20 @@ from footcal_cli.sniff.clocks import (
     restarts,
     seconds_apart,
     since_1970,
+    ticks,
     unwrapped_counter,
     without_orders,
 )
 from footcal_cli.sniff.derived import one_statistic, without_derived
 from footcal_cli.sniff.flight import with_flight_angles
+from footcal_cli.sniff.frames import in_frames
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.lettered import with_lettered_cells
 from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import NameGuess, name_guess, words_of
 from footcal_cli.sniff.pivots import pivot_of
 from footcal_cli.sniff.registers import joined_registers
+from footcal_cli.sniff.rounds import with_rounds
 from footcal_cli.sniff.silent import MEASURED, no_reading
 from footcal_cli.sniff.spoken_labels import said_between
 from footcal_cli.sniff.text import TextGuess, guess_text
@@ -62,8 +66,6 @@ _NICE_STEPS, _OFTEN = 1e-6, 0.5
 _DIFFERENT = 4
 """So many different numbers are no state of a machine."""
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
-_TICKS, _TICKING = 12, 0.7
-"""Rows in which no reading only ever increases, and how many of these steps are not none."""
 _COUNTS_UP_TO = 100
 """How far a column that numbers rows or poses may count, in rows."""
 
@@ -207,8 +209,8 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = without_derived(with_flight_angles(without_supply(one_statistic(columns))))
     found = _without_silent(one_clock([_numbered(c) for c in without_orders(found)], found))
-    found = noted_in_seconds(_newtons(_only_numbers(one_time(first_in_time(found)))))
-    found = with_temperatures(found)
+    found = noted_in_seconds(_newtons(_only_numbers(in_frames(one_time(first_in_time(found))))))
+    found = with_rounds(with_temperatures(found))
     if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
@@ -351,7 +353,7 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
     if column.quantity == "unknown" and column.column == "column_1" and nearly_increases(values):
         back = int(np.sum(np.diff(values) < 0))
         return column.as_quantity("time", "guess", f"increases but for {back} rows that go back")
-    if column.quantity == "unknown" and column.column == "column_1" and _counter(values):
+    if column.quantity == "unknown" and column.column == "column_1" and ticks(values):
         return column.as_quantity("other", "likely", "whole numbers that only ever increase")
     if column.quantity == "time" and not increases(values, strictly=False):
         if restarts(values):
@@ -368,17 +370,8 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
 def _counts_rows(name: NameGuess, values: FloatArray) -> bool:
     """Whether readings go up by one from row to row: numbers of rows, as ``Reading No.`` is."""
     ends = name.owner.rpartition("_")[2] in ("no", "nr", "nummer", "number")
-    return bool((ends or values.size >= _TICKS) and values.size > 1
+    return bool((ends or values.size >= TICKS) and values.size > 1
                 and abs(values[0]) <= 1 and np.all(np.diff(values) == 1))  # fmt: skip
-
-
-def _counter(values: FloatArray) -> bool:
-    """Whether a first column without a name is a counter of ticks, some of them seen twice."""
-    if values.size < _TICKS or not np.isfinite(values).all():
-        return False
-    steps = np.diff(values)
-    whole = bool(np.all(values == np.round(values)) and steps.min() >= 0)
-    return whole and float(np.mean(steps > 0)) > _TICKING
 
 
 def _counted(column: ColumnGuess) -> ColumnGuess:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -42,8 +43,8 @@ def indexed(group: list[FileGuess], sheet: FileGuess) -> Part | None:
     sheet = numbered_beside(as_it_stands(sheet), group[0])
     names = Names.of(called([file.path for file in group]))
     for key in sheet.columns:
-        rows = _rows_of(key, names, group)
-        said = [c for c in sheet.of(*_SAID) if c is not key and _everywhere(c)]
+        rows = rows_of_files(key, names, [file.path for file in group])
+        said = [c for c in sheet.of(*_SAID) if c is not key and everywhere(c)]
         if rows is None or not any(c.quantity in (*ATTITUDE, "orientation") for c in said):
             continue
         if any(c.quantity in ATTITUDE for c in said):  # numbers are more exact than words
@@ -61,7 +62,10 @@ def _of_rows(
 ) -> Part | None:  # fmt: skip
     """The plan for files of which each has its row of a sheet."""
     each = [file.rows for file in group]
-    texts = {_KEY: list(names.middle), **{c.column: [_text(c, row) for row in rows] for c in said}}
+    texts = {
+        _KEY: list(names.middle),
+        **{c.column: [text_at(c, row) for row in rows] for c in said},
+    }
     number = ColumnGuess(
         _KEY, NameGuess("placement"), None, "likely", "the files' names", words=names.middle,
         codes=np.repeat(np.arange(len(group)), each),
@@ -96,14 +100,14 @@ def _without(file: FileGuess, columns: set[str]) -> FileGuess:
     return replace(file, columns=tuple(c for c in file.columns if c.column not in columns))
 
 
-def _everywhere(column: ColumnGuess) -> bool:
+def everywhere(column: ColumnGuess) -> bool:
     """Whether a sheet's column says something in every row."""
     if column.values is not None:
         return bool(np.isfinite(numbers_of(column)).all())
     return column.codes is not None and bool(np.all(column.codes >= 0))
 
 
-def _text(column: ColumnGuess, row: int) -> str:
+def text_at(column: ColumnGuess, row: int) -> str:
     """A cell of a sheet as a recipe has it."""
     if column.codes is not None:
         return str(column.words[column.codes[row]])
@@ -120,7 +124,7 @@ def _at_files(column: ColumnGuess, rows: Sequence[int], each: Sequence[int]) -> 
     return replace(plain, values=numbers_of(column)[at])
 
 
-def _rows_of(key: ColumnGuess, names: Names, group: Sequence[FileGuess]) -> tuple[int, ...] | None:
+def rows_of_files(key: ColumnGuess, names: Names, paths: Sequence[Path]) -> tuple[int, ...] | None:
     """For each file the row of a sheet whose key means it; None where one has none."""
     if key.values is not None:
         texts = [f"{v:.0f}" if v == v and v == round(v) else "" for v in key.values.tolist()]
@@ -129,13 +133,13 @@ def _rows_of(key: ColumnGuess, names: Names, group: Sequence[FileGuess]) -> tupl
     else:
         return None
     meant = [text for text in texts if text]
-    if len({*meant}) < max(len(meant), len(group)):
+    if len({*meant}) < max(len(meant), len(paths)):
         return None
     found = []
-    for word, file in zip(names.middle, group, strict=True):
+    for word, path in zip(names.middle, paths, strict=True):
         digits = re.findall(r"\d+", word)
-        stem = file.path.name.split(".")[0]
-        either = [t for t in meant if t in (file.path.name, stem, word)]
+        stem = path.name.split(".")[0]
+        either = [t for t in meant if t in (path.name, stem, word)]
         either += [t for t in meant if len(digits) == 1 and t.isdecimal()
                    and int(t) == int(digits[0])]  # fmt: skip
         if not either:

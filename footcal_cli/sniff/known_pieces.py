@@ -14,12 +14,17 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import straightness
+from footcal_cli.sniff.columns import as_it_stands
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.said_weights import says_nothing
 from footcal_cli.sniff.tokens import NOTHING
 from footcal_cli.sniff.units import LOADS
 
-_BETWEEN = re.compile(r"\s*(?:\+|&|,|;|/|\b(?:and|und|et|y|e|plus)\b)\s*", re.IGNORECASE)
+_BETWEEN = (
+    re.compile(r"\s*[+&,;/]\s*"),
+    re.compile(r"\s*(?:[+&,;/]|\b(?:and|und|et|y|e|plus)\b)\s*", re.IGNORECASE),
+)
+"""Signs between names of weights; then words too, though a weight may be called E."""
 _TIMES = re.compile(r"(?:(\d{1,2})\s*[x×*]\s*)?(.+)")
 _FOLLOWS = 0.9
 """How much of a reading's variance the loads explain at least."""
@@ -35,7 +40,7 @@ def with_known_pieces(files: Sequence[FileGuess]) -> list[FileGuess]:
             continue
         masses, unit = table
         others = [file for file in files if file is not sheet]
-        made = [_with_loads(file, masses, unit, sheet.path.name) for file in others]
+        made = [_by_rows(file, masses, unit, sheet.path.name) for file in others]
         if any(new is not old for new, old in zip(made, others, strict=True)):
             return _all_named(made)
     return list(files)
@@ -57,9 +62,9 @@ def _all_named(files: Sequence[FileGuess]) -> list[FileGuess]:
 
 def _pieces(sheet: FileGuess) -> tuple[dict[str, float], str] | None:
     """Weight -> its load, and the unit; None where a file is no table of named weights."""
-    loads = [c for c in sheet.of("load") if c.values is not None and c.unit in LOADS]
+    loads = [c for c in sheet.columns if c.values is not None and c.unit in LOADS]
     names = [c for c in sheet.columns if c.values is None and len(c.words) == sheet.rows]
-    read = [c for c in sheet.of("reading", "time") if c.values is not None]
+    read = [c for c in sheet.of("reading", "time") if c.values is not None and c not in loads]
     if len(loads) != 1 or not names or read or sheet.rows < 2:
         return None
     name, values = names[0], numbers_of(loads[0])
@@ -67,6 +72,15 @@ def _pieces(sheet: FileGuess) -> tuple[dict[str, float], str] | None:
         return None
     said = [name.words[i].strip().lower() for i in name.codes]
     return dict(zip(said, values.tolist(), strict=True)), loads[0].unit or ""
+
+
+def _by_rows(file: FileGuess, masses: Mapping[str, float], unit: str, sheet: str) -> FileGuess:
+    """A log with its loads, also where its labels were taken for those of feet or cells."""
+    if file.layout.pivot is None:
+        return _with_loads(file, masses, unit, sheet)
+    plain = as_it_stands(file)
+    made = _with_loads(plain, masses, unit, sheet)
+    return file if made is plain else made
 
 
 def _with_loads(
@@ -112,8 +126,14 @@ def _sum_of(label: str, masses: Mapping[str, float]) -> float | None:
         return masses[plain]
     if plain in NOTHING or plain == "0" or says_nothing(plain):
         return 0.0
+    sums = (_total(between.split(plain), masses) for between in _BETWEEN)
+    return next((total for total in sums if total is not None), None)
+
+
+def _total(parts: Sequence[str], masses: Mapping[str, float]) -> float | None:
+    """What weights have together, some of them several times; None where one is not known."""
     total = 0.0
-    for part in _BETWEEN.split(plain):
+    for part in parts:
         found = _TIMES.fullmatch(part)
         if found is None or found[2].strip() not in masses:
             return None

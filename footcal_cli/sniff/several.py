@@ -11,9 +11,11 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
+from footcal_cli.sniff.file_index import with_index
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called
 from footcal_cli.sniff.foot_mounts import mounted
+from footcal_cli.sniff.frames import rate_asked
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
@@ -25,9 +27,10 @@ from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered, numbered_beside
 from footcal_cli.sniff.one_by_one import marked_files
+from footcal_cli.sniff.one_sign import of_one_sign
 from footcal_cli.sniff.placed_files import placed_files
 from footcal_cli.sniff.placement_index import indexed_placements
-from footcal_cli.sniff.plan import Blank, Entry, LogPlan, without_silent_rows
+from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
@@ -37,7 +40,6 @@ from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.sniff.stretches import by_stretches
 from footcal_cli.sniff.twins import by_experiment, without_twins
 from footcal_cli.sniff.walking import walked
-from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.units import TIMES
 
 _LEAST_STEPS = 2
@@ -46,42 +48,16 @@ _LEAST_STEPS = 2
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
     parts, others = _planned(walked(with_shafts(with_known_pieces(files))))
-    made = [replace(part, plan=as_said_above(without_silent_rows(part.plan))) for part in parts]
+    made = [replace(part, plan=rate_asked(as_said_above(without_silent_rows(part.plan))))
+            for part in parts]  # fmt: skip
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
             replace(part, plan=replace(part.plan, blanks=tuple(
                 blank for blank in part.plan.blanks if blank is not HUNG_FIRST
             ))) for part in made
         ]  # fmt: skip
-        made = _of_one_sign(made)
+        made = of_one_sign(made)
     return sorted(made, key=lambda part: part.plan.command == "pose-calib"), others
-
-
-def _of_one_sign(parts: list[Part]) -> list[Part]:
-    """Standing poses whose transducers read with the sign that hanging shows."""
-    hung = [own.get("fx_n") for part in parts if part.plan.role == "hang"
-            for own in (part.plan.entries, *part.plan.wide.values())]  # fmt: skip
-    reacts = any(entry is not None and (entry.factor or 1.0) < 0 for entry in hung)
-    return [
-        replace(part, plan=_turned_round(part.plan))
-        if reacts and part.plan.command == "pose-calib" else part for part in parts
-    ]  # fmt: skip
-
-
-def _turned_round(plan: LogPlan) -> LogPlan:
-    """A plan whose six axes have the other sign."""
-    entries, *wide = (
-        {
-            name: replace(entry, factor=-(entry.factor or 1.0)) if name in AXIS_COLUMNS else entry
-            for name, entry in own.items()
-        }
-        for own in (plan.entries, *plan.wide.values())
-    )  # fmt: skip
-    warning = "the axes of the poses were turned round, as hanging shows their sign"
-    return replace(
-        plan, entries=entries, wide=dict(zip(plan.wide, wide, strict=True)),
-        warnings=(*plan.warnings, warning),
-    )  # fmt: skip
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
@@ -121,6 +97,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         else:
             parts.append(made)
     parts, others = with_bodies(without_twins(parts), others)
+    parts, others = with_index(parts, others)
     placed, left = with_places(parts, others)
     placed, without_holes = with_holes(placed, others)  # one sheet may place cells and holes
     left = [file for file in left if any(file is own for own in without_holes)]

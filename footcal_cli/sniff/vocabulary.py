@@ -34,6 +34,7 @@ _SPELLINGS: dict[Quantity, str] = {
     "volt volts voltage spannung messwert wert hx taxel bits lsb data sensor scale strain bridge "
     "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
     "denatsu voltaje voltaggio "
+    "visning avläsning avlesning aflezing uitlezing lukema affichage leitura indicación "
     "cells loadcells brut brute lettura valore anzeige rohwert rohwerte zählwert ausgabe display "
     "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
     "temperature": "temp temperature temperatur température temperatura ondo amb ambient "
@@ -42,7 +43,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "direction": "direction dir richtung updown way",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
     "series serie reihe messreihe série round runde zyklus ciclo ronda vuelta pasada cycles tour "
-    "tornata giro repetición repeticion pass kaisu",
+    "tornata giro repetición repeticion pass kaisu volta voltas rodada repetição repeticao varv "
+    "omgång omgang ronde omloop herhaling kierros toisto ripetizione okrążenie kai 回数 轮次 周回",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel fase fázis fáze faza vaihe fas "
     "angolo angulo ángulo ângulo hoek vinkel kulma kąt úhel açı фаза угол 角度 相位 位相",

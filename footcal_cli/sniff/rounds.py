@@ -1,0 +1,64 @@
+"""Numbers of rounds: what counts up by one and begins again while all that is read comes again.
+
+Room: sniff; asked by columns. Loads are followed by readings; a round holds all of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.texts import FEW
+
+_LEAST_ROWS = 3
+"""Rows that a round has at least."""
+_ALL_OF_IT = 0.7
+"""Share of a reading's span that it passes in every round."""
+
+
+def with_rounds(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A table's columns, with a number of the round as the repeat where no other is one.
+
+    A column of texts must say what differs within a round, or several readings stand side by side:
+    of one reading, the number may be that of its cell.
+    """
+    if any(c.quantity == "repeat" for c in columns):
+        return columns
+    read = [c for c in columns if c.quantity in ("unknown", "reading", "force", "load")]
+    read = [c for c in read if c.values is not None]
+    named = any(c.quantity in ("label", "placement") and len(c.words) > 1 for c in columns)
+    for column in columns:
+        others = [c.values for c in read if c is not column and c.values is not None]
+        enough = len(others) > 1 if named else len(others) > 2  # a load, and two cells
+        plain = column.quantity in ("unknown", "reading", "sequence") and column.unit is None
+        if plain and enough and column.values is not None and is_a_round(column.values, others):
+            made = column.as_quantity("repeat", "likely", "counts rounds: all readings come again")
+            return [made if c is column else c for c in columns]
+    return columns
+
+
+def is_a_round(number: FloatArray, read: list[FloatArray]) -> bool:
+    """Whether numbers (n,) count up from 0 or 1, and readings (n,) pass their span in each.
+
+    It is the median reading that must: a cell may be dead.
+    """
+    if not number.size or not np.isfinite(number).all() or number[0] not in (0.0, 1.0):
+        return False
+    steps = np.diff(number)
+    if not np.all((steps == 0) | (steps == 1) | (number[1:] == number[0])):
+        return False
+    rounds = [number == at for at in np.unique(number)]
+    if not 1 < len(rounds) <= FEW or min(own.sum() for own in rounds) < _LEAST_ROWS:
+        return False
+    shares = []
+    for values in read:
+        whole = _span(values) if values.shape == number.shape else 0.0
+        if whole > 0:
+            shares.append(min(_span(values[own]) for own in rounds) / whole)
+    return bool(shares) and float(np.median(shares)) > _ALL_OF_IT
+
+
+def _span(values: FloatArray) -> float:
+    good = values[np.isfinite(values)]
+    return float(np.ptp(good)) if good.size else 0.0
