@@ -115,7 +115,9 @@ def body_of(file: FileGuess) -> BodyLog | None:
     if com is None:
         return None
     others = [m for m in moving if m is not com and m not in feet]
-    roles = {"com": com, **_derivatives(com, others)}
+    in_mm = in_millimetres(com.values)
+    in_metres = _times(com, 1e-3) if in_mm else com
+    roles = {"com": com, **_derivatives(in_metres, others)}
     used = {c.column for m in roles.values() for c in m.axes.columns.values()}
     spare = [m for m in others if m.axes.columns["x"].column not in used]
     if (rate := _momentum_rate(com, spare)) is not None:
@@ -132,7 +134,6 @@ def body_of(file: FileGuess) -> BodyLog | None:
         heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
         heading = np.interp(at, seconds, heading)
     names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
-    in_mm = in_millimetres(com.values)
     columns = of_the_com({role: m.axes for role, m in roles.items()}, in_mm=in_mm)
     columns |= of_the_feet([f.axes for f in feet], names, frames, read, in_mm=in_mm)
     left = {c.column for m in others for c in m.axes.columns.values()}
@@ -256,10 +257,14 @@ def _derivatives(com: _Moving, others: Sequence[_Moving]) -> dict[str, _Moving]:
 
 def _bare(moved: _Moving) -> _Moving:
     """A vector as its numbers are written: ``_m`` behind a speed is no unit of its own."""
-    scale = metres_per(moved.axes.columns["x"].unit)
+    return _times(moved, 1.0 / metres_per(moved.axes.columns["x"].unit))
+
+
+def _times(moved: _Moving, scale: float) -> _Moving:
+    """A vector whose numbers are so many times as large."""
     smooth = moved.smooth
-    return replace(moved, values=moved.values / scale, smooth=(
-        smooth[0] / scale, smooth[1] / scale, smooth[2] / scale,
+    return replace(moved, values=moved.values * scale, smooth=(
+        smooth[0] * scale, smooth[1] * scale, smooth[2] * scale,
     ))  # fmt: skip
 
 

@@ -21,6 +21,7 @@ _BEFORE_AXIS = re.compile(
 
 
 _READ_IN = (*LOADS, *VOLTAGES, "mV/V")
+_BRACKETS = re.compile(r"\s*\[[^\[\]]*[^\W\d][^\[\]]*\]\s*$")
 _SHIFTED = 5.0
 """What two plates bear together varies by so much less than what goes from one to the other."""
 
@@ -160,7 +161,8 @@ def _finite(column: ColumnGuess) -> np.ndarray[tuple[int], np.dtype[np.float64]]
 def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
     """Readings by the name of their channel: the address where it tells them apart."""
     columns = list(columns)
-    addresses = [c.name.address for c in columns]
+    unit = re.sub(r"\W+", "_", bracketed_end([c.column for c in columns]).lower()).rstrip("_")
+    addresses = [c.name.address.removesuffix(unit) for c in columns]
     if all(addresses) and len(set(addresses)) == len(addresses):
         names = [a if not a[0].isdigit() else f"cell_{a}" for a in addresses]
     else:
@@ -180,6 +182,12 @@ def channel_names(columns: Iterable[ColumnGuess]) -> dict[str, ColumnGuess]:
     return dict(zip(names, columns, strict=True))
 
 
+def bracketed_end(names: Sequence[str]) -> str:
+    """The brackets at the end of each of several names: a unit, known or not; else empty."""
+    ends = {found[0] if (found := _BRACKETS.search(name)) else "" for name in names}
+    return ends.pop() if len(ends) == 1 < len(names) else ""
+
+
 def slug(name: str) -> str:
     """A name as part of a recipe's key, without its unit or the word for a reading."""
     letters = "".join(
@@ -192,7 +200,7 @@ def slug(name: str) -> str:
 
 def without_unit(name: str) -> str:
     """A cell's name without the word for its reading: ``links_1_counts`` is ``links_1``."""
-    return re.sub(r"_(counts|n|adc|raw|data)$", "", name)
+    return re.sub(r"_(counts|cnt|cts|n|adc|raw|data)$", "", name)
 
 
 def are_two_plates(columns: Sequence[ColumnGuess]) -> bool:

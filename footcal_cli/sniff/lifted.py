@@ -6,6 +6,7 @@ Room: sniff; asked by several.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -14,8 +15,11 @@ import numpy as np
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.hole_sheets import texts_of
 from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.plan import Entry, LogPlan
+from footcal_cli.sniff.which_cell import named_alike
+from footcal_cli.tables.reading import Pivot
 
 _IN_THE_AIR = re.compile(
     "air|lift|lifted|hang|hanging|hung|crane|hoist|suspended|zeros?|zeroes|offsets?|tare|unloaded|"
@@ -38,13 +42,14 @@ def with_lifted(
         return list(parts), list(others)
     made = [
         replace(part, plan=zeros)
-        if part.plan.role == "cells" and (zeros := _zeros(part.plan.file, standing[0]))
+        if part.plan.role in ("cells", "weights_stream")
+        and (zeros := _zeros(part.plan.file, standing[0]) or _listed(part.plan.file, standing[0]))
         else part
         for part in parts
     ]
     left = []
     for file in others:
-        zeros = _zeros(file, standing[0])
+        zeros = _zeros(file, standing[0]) or _listed(file, standing[0])
         if zeros is None:
             left.append(file)
         else:
@@ -58,8 +63,9 @@ def _stands(part: Part) -> bool:
     return stamped or "com_x_m" in part.plan.entries or bool(part.beside)
 
 
-def _spoken(file: FileGuess) -> bool:
-    return any(_IN_THE_AIR.fullmatch(word) for word in words_of(file.path.stem))
+def _spoken(file: FileGuess, *names: str) -> bool:
+    words = words_of(" ".join((file.path.stem, *names)))
+    return any(_IN_THE_AIR.fullmatch(word) for word in words)
 
 
 def _idle(empty: ColumnGuess, loaded: ColumnGuess) -> bool:
@@ -92,3 +98,41 @@ def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:
         + ("a body" if file.of("time") else "stamps"),
         "likely", standing.plan.command, "zeros", entries, standing.plan.channels,
     )  # fmt: skip
+
+
+def _listed(file: FileGuess, standing: Part) -> LogPlan | None:
+    """The plan for a table of zeros with a row for each cell, as often as each was read.
+
+    None where it is none by its names, or names other cells.
+    """
+    read = {n: e for n, e in standing.plan.entries.items() if n.endswith("_counts")}
+    cells = {e.column.column: n for n, e in read.items() if e.column is not None}
+    columns = [e.column for e in read.values() if e.column is not None]
+    said = [c for c in file.of("reading", "unknown", "other", "force") if c.values is not None]
+    if file.of("time", "load", "com") or file.layout.pivot or len(said) != 1:
+        return None
+    if not _spoken(file, said[0].column):
+        return None
+    for label in file.columns:
+        rows_of = Counter(texts_of(label) if label.codes is not None else [])
+        if len(rows_of) != len(cells) or len({*rows_of.values()}) > 1:
+            continue
+        named = named_alike(tuple(rows_of), columns)
+        if not named:
+            continue
+        layout = replace(file.layout, pivot=Pivot((label.column,), tuple(rows_of), ""))
+        entries = {
+            cells[cell.column]: replace(
+                read[cells[cell.column]], column=replace(
+                    said[0], column=f"{word}.{said[0].column}", wraps_at=None, missing=()
+                ), unit=said[0].unit or read[cells[cell.column]].unit,
+            )
+            for word, cell in named.items()
+        }  # fmt: skip
+        return LogPlan(
+            replace(file, text=replace(file.text, layout=layout)),
+            "the same cells with nothing on them: their zeros", "a row for each of the cells",
+            "likely", standing.plan.command, "zeros",
+            {name: entries[name] for name in read if name in entries}, standing.plan.channels,
+        )  # fmt: skip
+    return None

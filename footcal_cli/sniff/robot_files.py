@@ -9,6 +9,7 @@ from footcal_cli.sniff.bench_cells import cells_of, column_of, in_one_unit, name
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
+from footcal_cli.sniff.foot_poses import with_foot_poses
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
@@ -56,7 +57,14 @@ def with_body(
 def with_bodies(
     parts: Sequence[Part], others: Sequence[FileGuess]
 ) -> tuple[list[Part], list[FileGuess]]:
-    """A body's stream that fits no experiment alone, next to the one log that lacks it."""
+    """Bodies' streams and poses of feet, which fit no experiment alone, next to what lacks them."""
+    return with_foot_poses(*_with_stream(parts, others))
+
+
+def _with_stream(
+    parts: Sequence[Part], others: Sequence[FileGuess]
+) -> tuple[list[Part], list[FileGuess]]:
+    """The one body's stream that fits no experiment alone, next to the one log that lacks it."""
     bodies = [file for file in others if file.of("com")]
     alone = [p for p in parts if p.plan.command == "static-init" and len(p.paths) == 1]
     if len(bodies) != 1 or len(alone) != 1:

@@ -9,6 +9,7 @@ from itertools import permutations
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.alike import groups_of
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_index import with_index
@@ -64,11 +65,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     placed_apart, files = placed_files(with_holes_named(files))
     by_index, files = indexed_placements(files)
     placed_apart += by_index
-    groups: dict[object, list[FileGuess]] = {}
-    for file in files:
-        names = tuple(c.column for c in file.columns)
-        groups.setdefault((file.layout, names), []).append(file)
-    alike = list(groups.values())
+    alike = groups_of(files)
     if len(alike) == 2 and all(len(group) == 1 for group in alike) and not placed_apart:
         joined = _two(alike[0][0], alike[1][0])
         if joined:

@@ -32,6 +32,7 @@ _UNSURE_M, _UNSURE_SHARE = 0.005, 0.2
 _SAME_M = 0.03
 """Places so near to one another are one: feet that report in the frame of the CoM."""
 _CARRIES, _GAINS = 0.05, 0.2
+WHERE_FEET_STAND = "no log says where the feet stand: m, in the frame of the CoM"
 
 
 @dataclass(frozen=True)
@@ -78,8 +79,7 @@ def on_still_feet(
         return StillFeet(body)
     if places is None:
         asked = (f"# {foot}_foot_{axis}_m = {{ value =  }}" for foot in feet for axis in "xyz")
-        why = "no log says where the feet stand: m, in the frame of the CoM"
-        return StillFeet(body, (Blank(("# in [columns]:", *asked), why),))
+        return StillFeet(body, (Blank(("# in [columns]:", *asked), WHERE_FEET_STAND),))
     why = "where the CoM lies above what the feet carry"
     if np.abs(places).max() < _SAME_M:
         places, why = np.zeros_like(places), "what it reports is in the frame of the CoM"

@@ -17,7 +17,8 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
 from footcal_cli.sniff.feet_weighed import in_kilograms
-from footcal_cli.sniff.groups import readings, wrenches
+from footcal_cli.sniff.frame_clocks import with_frame_clocks
+from footcal_cli.sniff.groups import bracketed_end, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
@@ -41,7 +42,7 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         standing(file) if body is None else body.file
         for file, body in zip(files, bodies, strict=True)
     ]
-    files = [in_kilograms(file) for file in files]
+    files = [in_kilograms(file) for file in with_frame_clocks(files)]
     found = [body for body in bodies if body is not None]
     body = found[0] if len(found) == 1 else None
     cells = [
@@ -75,9 +76,11 @@ def _by_names(cells: Sequence[ColumnGuess]) -> list[str]:
     if all(places) and len(several) > 1 and min(several.values()) > 1:
         two = {"fl": "left", "fr": "right"} if several.keys() == {"fl", "fr"} else {}
         return [two.get(p, p) for p in places]
-    heads = [re.sub(r"\W*\d*$", "", split_unit(c.column)[0]) for c in cells]
+    names = [split_unit(c.column)[0] for c in cells]
+    names = [name.removesuffix(bracketed_end(names)) for name in names]
+    heads = [re.sub(r"\W*\d*$", "", name) for name in names]
     ends = list(dict.fromkeys(heads))
-    numbers = [split_unit(c.column)[0].removeprefix(h) for c, h in zip(cells, heads, strict=True)]
+    numbers = [name.removeprefix(h) for name, h in zip(names, heads, strict=True)]
     both = [[n for n, h in zip(numbers, heads, strict=True) if h == end] for end in ends]
     if len(ends) != 2 or sorted(both[0]) != sorted(both[1]) or len(both[0]) < 2:
         return []
@@ -144,7 +147,8 @@ def _range(values: FloatArray) -> float:
 
 def _named(cells: Sequence[ColumnGuess], feet: Sequence[str]) -> list[ColumnGuess]:
     """Cells called by their foot and by what tells them apart there: ``lc_i1`` is left, 1."""
-    stems = [split_unit(c.column)[0] for c in cells]
+    names = [split_unit(c.column)[0] for c in cells]
+    stems = [name.removesuffix(bracketed_end(names)) for name in names]
     groups = {foot: [s for s, own in zip(stems, feet, strict=True) if own == foot] for foot in feet}
     heads = {foot: common_start(own) for foot, own in groups.items()}
     last = {foot: re.search(r"[^\W\d_]*$", head) for foot, head in heads.items()}
@@ -157,10 +161,10 @@ def _named(cells: Sequence[ColumnGuess], feet: Sequence[str]) -> list[ColumnGues
         rests.append(stem.removeprefix(head).removesuffix(tail[0] if tail else "").strip("_. -"))
     places = [name_guess(rest).place for rest in rests]
     own = [re.sub(r"[^a-z0-9]+", "_", rest.lower()).strip("_") for rest in rests]
-    for names in (places, own, [str(i + 1) for i in range(len(cells))]):
-        if all(names) and len({*zip(feet, names, strict=True)}) == len(cells):
+    for called in (places, own, [str(i + 1) for i in range(len(cells))]):
+        if all(called) and len({*zip(feet, called, strict=True)}) == len(cells):
             return [
                 replace(c, name=NameGuess("reading", side=foot, place=name, factor=c.name.factor))
-                for c, foot, name in zip(cells, feet, names, strict=True)
+                for c, foot, name in zip(cells, feet, called, strict=True)
             ]  # fmt: skip
     return list(cells)
