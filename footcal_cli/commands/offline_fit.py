@@ -43,7 +43,8 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
         together = study_together(session)
         alone = [study.estimates for study in studies]
         estimates = counted_together(session, alone) if alone else []
-        if not estimates and together is None and session.parameters is None and placed(session):
+        weighed = session.parameters is not None or session.recipe.data_paths("weights")
+        if not estimates and together is None and not weighed and placed(session):
             estimates = by_nameplate(robot)
         estimates = at_zeros(session, estimates, robot.cell_names)
         feet = _feet(session, estimates)
@@ -138,6 +139,7 @@ def _findings(
 ) -> list[Finding]:
     from footcal_cli.core.plausibility import check_determined, check_scale
     from footcal_cli.session.inspection import weights_findings
+    from footcal_cli.session.uneven import uneven
     from footcal_cli.sheets.weights import find_extrapolation, moving_findings
 
     robot, intended = session.recipe.robot, session.options.intended_load_n
@@ -150,4 +152,7 @@ def _findings(
         session.note(check_determined(study.channel, scale, study.estimates.sd_of(name)))
         session.note([] if known else check_scale(study.channel, scale, nameplate))
     found = weights_findings(logs.tables, robot, intended) if logs.tables else []
+    # a cell that has a curve of its own is said by that
+    straight = {s.channel for s in studies if s.ladder is None or not s.ladder.rungs}
+    found += [f for f in uneven(logs.tables) if f.where in straight]
     return [*found, *find_extrapolation([study.affine for study in studies], intended)]

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from footcal_cli.core import chances
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.quality import Finding
 
@@ -207,6 +206,8 @@ def check_uneven(
     load_n, counts, channel, session
         Of each row; channels by their number in `names`.
     """
+    from footcal_cli.core import chances  # scipy, which not every log asks for
+
     left, free = np.zeros(len(names)), np.zeros(len(names))
     for c in range(len(names)):
         for part in np.unique(session[channel == c]):

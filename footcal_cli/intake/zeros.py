@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from footcal_cli.core.checks.streams import check_zeros_in_order
 from footcal_cli.core.parameters import Estimates, FloatArray, Status
 from footcal_cli.core.quality import Finding
-from footcal_cli.intake.placed_weights import placed
 from footcal_cli.records.results import CovarianceBlock, ParametersRecord
 from footcal_cli.tables.columns import zeros_table
 from footcal_cli.tables.logfiles import digest
@@ -86,7 +84,11 @@ def at_zeros(
     Without a bench the calibration of ``--parameters`` gets them.
     """
     paths = session.recipe.data_paths("zeros")
-    if not paths or not placed(session):
+    if not paths:
+        return list(estimates)
+    from footcal_cli.intake.placed_weights import placed
+
+    if not placed(session):
         return list(estimates)
     if not estimates:
         if session.parameters is not None:
@@ -112,6 +114,8 @@ def at_zeros(
 
 
 def _read(session: Session[Any], channels: Sequence[str]) -> Zeros:
+    from footcal_cli.core.checks.streams import check_zeros_in_order
+
     names = [f"{channel}_counts" for channel in channels]
     logs = [table.numbers(names) for table in session.read_beside(zeros_table(channels), "zeros")]
     each = -(-_PIECES // len(logs))

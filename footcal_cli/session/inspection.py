@@ -25,6 +25,7 @@ from footcal_cli.core.wiring import check_exchanged_cells
 from footcal_cli.recipe import Robot
 from footcal_cli.session.spells import hanging_spells
 from footcal_cli.session.stamps import stamp_unit
+from footcal_cli.session.uneven import sessions_in_order
 from footcal_cli.session.unloaded import still_cells, without_lost
 from footcal_cli.tables.columns import AXIS_COLUMNS, QUATERNION, TableType
 from footcal_cli.tables.table import Table
@@ -84,28 +85,16 @@ def weights_findings(
     codes = [f for n in names for f in readings.check_codes(n, counts[channel == n], bits)]
     found = _merged([f for f in codes if f.severity == "note"], len(names))
     found += quality.check_load_unit(load, intended_load_n, robot.weight_n)
-    session = _sessions(tables)
+    session = sessions_in_order(tables)
     for name in names:
         at = channel == name
         found += units.check_units_of_sessions(name, load[at], counts[at], session[at])
         found += bench_rows.check_held(load[at], counts[at], str(name))
     which = np.array([names.index(name) for name in channel], dtype=np.float64)
-    found += bench_rows.check_uneven(load, counts, which, session, [str(n) for n in names])
     found += units.check_units_of_channels(which, load, counts, [str(name) for name in names])
     return found + quality.check_repeats_across_channels(
         {n: counts[channel == n] for n in names}, {n: load[channel == n] for n in names}
     )
-
-
-def _sessions(tables: Sequence[Table]) -> FloatArray:
-    """Number of the session of every row: file by file, and within a file by its column."""
-    labels = [
-        f"{number} {text}"
-        for number, table in enumerate(tables)
-        for text in (table.text("session") if "session" in table else [""] * len(table))
-    ]
-    order = {label: float(i) for i, label in enumerate(dict.fromkeys(labels))}
-    return np.array([order[label] for label in labels])
 
 
 def _weights(table: Table, robot: Robot) -> list[Finding]:

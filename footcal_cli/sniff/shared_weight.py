@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from footcal_cli.core.inference.linear import bounded_least_squares
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.guesses import ColumnGuess, codes_of
 from footcal_cli.sniff.said_weights import DASHES, says_nothing
@@ -61,5 +60,7 @@ def share_one_weight(readings: Sequence[FloatArray], places: IntArray) -> bool:
         within = np.mean((off - means[at]) ** 2, axis=0)
         if np.any(within > (1 - _BY_PLACE) * spread):
             return False
+    from footcal_cli.core.inference.linear import bounded_least_squares  # scipy, only where asked
+
     each = bounded_least_squares(off / np.sqrt(spread.max()), np.zeros(len(off)), *_ALIKE)
     return bool(np.mean((off @ each) ** 2) < _TOGETHER * (each**2 @ spread))

@@ -124,7 +124,7 @@ def _stands(to: Path, *, apart: bool) -> tuple[list[Path], pd.DataFrame, dict[st
     rng = np.random.default_rng(8)
     zeros = {f"{side}_{k + 1}": float(rng.integers(-400, 700))
              for side in ("hidari", "migi") for k in range(3)}  # fmt: skip
-    logs, poses = [], []
+    frames, poses = list[pd.DataFrame](), []
     for n in range(1, STANCES + 1):
         share = 0.5 + 0.1 * np.sin(n + np.arange(ROWS) / 9)
         log: dict[str, FloatArray] = {} if apart else {"stance": np.full(ROWS, float(n))}
@@ -132,15 +132,15 @@ def _stands(to: Path, *, apart: bool) -> tuple[list[Path], pd.DataFrame, dict[st
             force = 60.0 * (share if i < 3 else 1 - share) + rng.normal(0, 0.2, ROWS)
             log[cell] = np.round(zeros[cell] + 20 * force)
         log |= _xyz("COM_", np.array([10.0, 3 * n, 850]) + rng.normal(0, 0.2, (ROWS, 3)))
-        logs.append(pd.DataFrame(log))
+        frames.append(pd.DataFrame(log))
         for foot, side in (("hidari", 1), ("migi", -1)):
             called = f"shisei_{n}" if apart else str(n)
             x, y, yaw = rng.normal(0, 9), 110 * side + rng.normal(0, 4), rng.normal(0, 0.05)
             poses.append((called, foot, round(x, 1), round(y, 1), 0.2, round(yaw, 4)))
     paths = []
-    for n, log in enumerate(logs if apart else [pd.concat(logs)], 1):
+    for n, frame in enumerate(frames if apart else [pd.concat(frames)], 1):
         paths.append(to / (f"shisei_{n}.csv" if apart else "stand.csv"))
-        log.to_csv(paths[-1], index=False)
+        frame.to_csv(paths[-1], index=False)
     names = ["stance", "ashi", "X_mm", "Y_mm", "Z_mm", "yaw_rad"]
     return paths, pd.DataFrame(poses, columns=names), zeros
 
@@ -160,7 +160,7 @@ def test_poses_of_the_feet_by_stance_and_zeros_by_cell(
     sheet = poses
     if wide:
         sheet = poses.pivot_table(index="stance", columns="ashi").swaplevel(axis=1)
-        sheet.columns = [f"{foot}_{what}" for foot, what in sheet.columns]
+        sheet.columns = ["_".join(column) for column in sheet.columns.to_flat_index()]
         sheet = sheet.reset_index()
     sheet.to_csv(tmp_path / "poses.csv", index=False)
     listed = [(cell, when, z) for when in ("mae", "ato") for cell, z in zeros.items()]

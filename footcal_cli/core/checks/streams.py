@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from footcal_cli.core import chances
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding, listed
 from footcal_cli.core.signals import stretches
@@ -195,6 +194,8 @@ def check_zeros_in_order(counts: FloatArray, names: Sequence[str]) -> list[Findi
     counts
         Zero of each cell at each time, in their order, shape (n, c).
     """
+    from footcal_cli.core import chances  # scipy, which not every log asks for
+
     n, cells = counts.shape
     good = np.isfinite(counts).all() and n > 2 and cells > 2
     if not good:

@@ -34,6 +34,7 @@ from footcal_cli.intake.cases.shared import (
 from footcal_cli.intake.cases.together import read_together
 from footcal_cli.recipe.options import DiagnoseOptions, OfflineFitOptions, PlateauSettings
 from footcal_cli.session.inspection import weights_findings
+from footcal_cli.session.uneven import uneven
 from footcal_cli.tables.columns import weights_stream_table, weights_table
 from footcal_cli.tables.table import Table
 
@@ -57,7 +58,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         logs, timed = _stream_logs(session, streams), True
     else:
         tables = session.read_required(weights_table())
-        findings = weights_findings(tables, session.recipe.robot, None)
+        findings = [*weights_findings(tables, session.recipe.robot, None), *uneven(tables)]
         logs, timed = _row_logs(tables, plateau_options(_plateaus(session)))
     channels = tuple(dict.fromkeys(log.channels[0] for log in logs))
     chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
