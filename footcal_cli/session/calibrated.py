@@ -10,12 +10,9 @@ def unless_calibrated(found: list[Finding], known: ParametersRecord | None) -> l
     """Findings without cells whose readings fall under load as their calibration says they do."""
     if known is None:
         return found
+    scales = {cell: scale for cell, (scale, _) in known.calibrated_cells.items()}
 
     def turns(name: str) -> bool:
-        scales = {
-            key.removesuffix(".scale"): row.value
-            for key, row in known.parameters.items() if key.endswith(".scale")
-        }  # fmt: skip
         foot = name.rpartition("_")[0]
         mates = [v for key, v in scales.items() if key != name and key.rpartition("_")[0] == foot]
         return name in scales and bool(mates) and all(v * scales[name] < 0.0 for v in mates)

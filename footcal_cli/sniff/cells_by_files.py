@@ -15,7 +15,7 @@ from footcal_cli.core.bench.split_lines import split_lines
 from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.plan import Entry, LogPlan
+from footcal_cli.sniff.plan import Entry, LogPlan, cell_name
 
 _BY_CHANCE = 1e-6
 """How rarely files of one cell are so far apart by chance."""
@@ -28,7 +28,7 @@ _NAME = re.compile(r"(?!.*\d{4})[\w-]{1,20}")
 
 def weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:
     """Known weights in every file, and a file for each channel."""
-    called = {word: f"cell_{word}" if word.isdecimal() else word for word in names.middle}
+    called = {word: cell_name(word) for word in names.middle}
     return with_channel(plan, called, names.expression, "the files' names differ so")
 
 
@@ -54,7 +54,7 @@ def files_of_cells(
         return None
     expression = f"^{re.escape(names.head[: len(names.head) - len(before)])}({before}.+)"
     why = "a line above each table says it too" if said else "each file has a line of its own"
-    called = {word: f"cell_{word}" if word.isdecimal() else word for word in words}
+    called = {word: cell_name(word) for word in words}
     return with_channel(plan, called, f"{expression}{re.escape(names.tail)}$", why)
 
 

@@ -16,7 +16,7 @@ from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.indexed import everywhere, rows_of_files, text_at
 from footcal_cli.sniff.names import name_guess, words_of
-from footcal_cli.sniff.plan import Entry
+from footcal_cli.sniff.plan import Entry, cell_name
 from footcal_cli.sniff.vocabulary import OF_A_ROW
 
 _LEAST_FILES = 2
@@ -52,7 +52,7 @@ def _by_index(part: Part, sheet: FileGuess) -> Part:
         why = f"by {sheet.path.name}"
         if cell is not None:
             texts = [text_at(cell, row) for row in rows]
-            named = {t: f"cell_{t}" if t.isdecimal() else t for t in texts}
+            named = {t: cell_name(t) for t in texts}
             by_file = dict(zip(names.middle, (named[t] for t in texts), strict=True))
             plan = with_channel(plan, by_file, names.expression, why)
             plan = replace(plan, channels=tuple(dict.fromkeys(named.values())))

@@ -174,6 +174,11 @@ def rate_said(file: FileGuess) -> float | None:
     return rates.pop() if len(rates) == 1 and 0.0 not in rates else None
 
 
+def cell_name(word: str) -> str:
+    """The name of a cell that a file or a sheet calls by a word or a number."""
+    return f"cell_{word}" if word.isdecimal() else word
+
+
 IN_NEWTON = (
     "[robot.nameplate]    # the log has newtons; how far they may be off\n"
     "scale_n_per_count = 1.0\nscale_relative_sd = 0.05\nbias_sd_n = 5.0"

@@ -18,7 +18,7 @@ from footcal_cli.sniff.file_names import Beside, Part, called
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.plan import Blank, Entry, of
+from footcal_cli.sniff.plan import Blank, Entry, cell_name, of
 from footcal_cli.sniff.texts import numbers_as_labels
 from footcal_cli.sniff.vocabulary import OF_A_ROW
 from footcal_cli.tables.reading import ForeignColumn, Reading
@@ -153,7 +153,7 @@ def by_sheet_of_cells(group: Sequence[FileGuess], sheet: FileGuess) -> list[Part
 
 def _of_cell(part: Part, word: str, label: ColumnGuess) -> Part:
     """A part whose channel is the cell that its file is called after."""
-    name = f"cell_{word}" if word.isdecimal() else word
+    name = cell_name(word)
     channel = Entry(value=name, why=f"the file's name, and {label.column} of the sheet")
     entries = {**part.plan.entries, "channel": channel}
     return replace(part, plan=replace(part.plan, entries=entries, channels=(name,)))

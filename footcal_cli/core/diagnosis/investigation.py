@@ -125,6 +125,11 @@ class Investigation:
     odd: OddSpell | None = None
     gains_moved: tuple[MovedGain, ...] = ()
 
+    @property
+    def is_open(self) -> bool:
+        """Whether nothing was named, and no single spell is why."""
+        return self.verdict in (Verdict.NONE, Verdict.UNKNOWN) and self.odd is None
+
 
 def investigate(
     case: Case,

@@ -42,8 +42,7 @@ def with_moved_gain(
     asked
         Effects by name that scale one cell (`Trait.GAIN`) or mix several (`Trait.MIXTURE`).
     """
-    nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN) and found.odd is None
-    gains = gains_against(found.case, found.problem) if nameless and asked else ()
+    gains = gains_against(found.case, found.problem) if found.is_open and asked else ()
     moved = [gain.cell for gain in gains if gain.certain]
     if not moved:
         return found

@@ -38,9 +38,8 @@ def with_moved_zero(
     asked
         Effects by name that move the zero of one cell (`Trait.ZERO`).
     """
-    nameless = found.verdict in (Verdict.NONE, Verdict.UNKNOWN) and found.odd is None
     least_n = found.case.finding_n
-    cell, p = moved_zero(found.problem, least_n) if nameless and asked else ("", 1.0)
+    cell, p = moved_zero(found.problem, least_n) if found.is_open and asked else ("", 1.0)
     if not cell:
         return found
     others = inquiry.table
