@@ -42,6 +42,24 @@ def test_a_swing_is_smoothed_without_the_load_before_and_after_it() -> None:
     np.testing.assert_array_equal(apart.readings[~air], log.readings[~air])
 
 
+def test_what_smoothing_a_swing_by_itself_changes_runs_out_beside_it() -> None:
+    rng = np.random.default_rng(5)
+    time_s = np.arange(400) / RATE_HZ
+    raw = 20.0 * np.clip(np.abs(time_s - 2.0) / 0.1 - 5.0, 0.0, 1.0)[:, None]
+    raw = raw + rng.normal(0.0, 0.5, raw.shape)
+    contact = np.select(
+        [np.abs(time_s - 2.0) < 0.44, np.abs(time_s - 2.0) < 0.52], [0.0, np.nan], 1.0
+    )
+    whole = low_pass(raw, RATE_HZ)
+    apart = swings_apart(_log(time_s, whole, contact[:, None]), raw, RATE_HZ).readings
+    air, stance = np.flatnonzero(contact == 0.0), contact == 1.0
+    np.testing.assert_array_equal(apart[stance], whole[stance])
+    for edge, beside in ((air[0], air[0] - 1), (air[-1], air[-1] + 1)):
+        step = abs(float(apart[edge, 0] - whole[edge, 0]))
+        added = (apart - apart[edge]) - (whole - whole[edge])
+        assert abs(float(added[beside, 0])) < 0.2 * step
+
+
 def test_the_step_of_a_converter_is_seen_in_its_levels() -> None:
     rng = np.random.default_rng(1)
     load = rng.normal(0.0, 2.0, (3000, 2))
@@ -115,3 +133,14 @@ def test_neighbouring_blocks_of_a_walk_are_independent() -> None:
         excess.append(float(lagged.mean()) + 1.0 / len(found))
     # sd 1/√B of each; candidates that look alike count as a dozen
     assert np.mean(excess) == pytest.approx(0.0, abs=3.0 / np.sqrt(4 * 12 * 20))
+
+
+def test_a_lag_shows_next_to_nothing_while_a_foot_swings() -> None:
+    """A swing that began with a step of its cells would outweigh all touch-downs."""
+    case = walk_case(3)
+    rows = rows_of(case)
+    problem = problem_from(case, rows, [TABLE["sensor_lag"]], describe)
+    swing = problem.output == problem.outputs.index("swing")
+    for column in problem.columns.T:
+        standing = float(np.abs(column[~swing] * problem.noise[~swing]).max())
+        assert float(np.abs(column[swing] * problem.noise[swing]).max()) < 0.1 * standing

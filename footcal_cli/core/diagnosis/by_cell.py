@@ -14,8 +14,8 @@ from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.rivals import Tried, as_fitted
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.evidence import sign_flip_mean
+from footcal_cli.core.inference.places import Owners, own_place
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.inference.signatures import Owners, own_place
 from footcal_cli.core.parameters import FloatArray
 
 _SURE_CELLS = 2  # cells whose own size is sure to be something, where each has one

@@ -119,8 +119,8 @@ def _columns(
     effect, seen = TABLE[name], ideal.memory()
     return [
         derivative(ideal, subject.problem, effect, size, owners, shape, seen=seen)
-        for shape in shapes_of(ideal, effect)
         for owners in places
+        for shape in shapes_of(ideal, effect, [unit for own in owners.values() for unit in own])
         for size in effect.sizes
     ]
 

@@ -16,9 +16,10 @@ from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
 from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
+from footcal_cli.core.inference.places import places
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.scores import coefficients, held_out_gains
-from footcal_cli.core.inference.signatures import derivative, places
+from footcal_cli.core.inference.signatures import derivative
 from footcal_cli.core.parameters import FloatArray
 
 LIMIT = 4.0

@@ -37,7 +37,7 @@ from footcal_cli.core.diagnosis.ways import (
     two_of_a_set,
     without_first,
 )
-from footcal_cli.core.effects.contract import Effect, GridOf
+from footcal_cli.core.effects.contract import Effect, GridOf, unit_of
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.problem import Problem
@@ -69,6 +69,12 @@ class Found:
     parameter_names: tuple[str, ...]
     intervals: tuple[Interval, ...]
     placed: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each parameter where it acts."""
+        members = [m for _, own in self.cause.signature.owners for m in own]
+        return {p.name: unit_of(p.unit, members) for p in self.effect.parameters}
 
 
 @dataclass(frozen=True)
@@ -266,10 +272,14 @@ def _searched(
         more = leftover(once.rounds[-1].before, rules)
         if more and not subject.problem.drifts:
             more = matters_of(subject, once, beside=True)
-        if subject.problem.drifts or not more:
+        first = max((c.gain.value for c in path.rounds[0].causes), default=0.0)
+        if not more or (subject.problem.drifts and first <= once.share):
             yield once, Verdict.NAMED_UNKNOWN if more else Verdict.NAMED, 1.0
             return
-    yield from _answers_of(subject, grown(subject, path, rules, seed), rules, seed, large=large)
+    path = grown(subject, path, rules, seed)
+    yield from _answers_of(subject, path, rules, seed, large=large)
+    if once and subject.problem.drifts and not path.causes:
+        yield once, Verdict.NAMED_UNKNOWN, 1.0
 
 
 def _answers_of(

@@ -68,7 +68,8 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
     Parameters
     ----------
     least_n
-        RMS by which zeros must be off their mean to matter.
+        By so much must it differ between the first quarter of the swings and the last to matter: a
+        check of the recording warns from there on too.
 
     Returns
     -------
@@ -76,12 +77,14 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
     """
     if not problem.drifts or problem.traces is None:
         return "", 1.0
-    trends, off_n = dict[str, float](), dict[str, float]()
+    trends, moved_n = dict[str, float](), dict[str, float]()
     for name in problem.traces.names:
         time_s, mean, _ = at_rest(problem, name)
         if time_s.size >= _FEWEST:
             trends[name] = abs(float(np.polyfit(time_s, mean, 1)[0]))
-            off_n[name] = float(np.std(mean))
+            moved_n[name] = abs(
+                float(mean[-(mean.size // 4) :].mean() - mean[: mean.size // 4].mean())
+            )
     if len(trends) < _FEWEST_CELLS:
         return "", 1.0
     most = max(trends, key=trends.__getitem__)
@@ -89,4 +92,4 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
     usual = float(np.sqrt(np.mean(np.square(others))))
     t = trends[most] / max(usual, 1e-300)
     p = min(1.0, 2.0 * len(trends) * float(chances.t_sf(t, len(others))))
-    return (most, p) if p < _SURE and off_n[most] > least_n else ("", p)
+    return (most, p) if p < _SURE and moved_n[most] > least_n else ("", p)

@@ -10,10 +10,11 @@ from math import comb
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from footcal_cli.core.contact import ContactRule
 from footcal_cli.core.experiments.walk import channel_contact
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.signals import low_pass, low_pass_stretches
+from footcal_cli.core.signals import low_pass, low_pass_stretches, stretches
 
 _LEVEL_QUANTILE = 0.05
 """A few odd readings between the levels of a converter do not make its step small."""
@@ -28,7 +29,9 @@ def swings_apart(log: Log, raw: FloatArray, rate_hz: float) -> Log:
 
     A zero-phase low-pass over the whole recording carries a trace of the load into the swing, from
     before lift-off and from after touch-down: 3·10⁻⁴ of the load 60 ms away, which is more than
-    the noise of a good cell at rest.
+    the noise of a good cell at rest. What the two ways differ by at the ends of a swing runs out
+    over the transitions beside it: a step there would be the sharpest change that a sensor's lag
+    ever saw.
 
     Parameters
     ----------
@@ -38,10 +41,20 @@ def swings_apart(log: Log, raw: FloatArray, rate_hz: float) -> Log:
         The same rows unfiltered, shape (n, c).
     """
     readings = log.readings.copy()
+    width = round(ContactRule().settle_s * rate_hz)
+    ramp = 1.0 - np.arange(1, width + 1) / (width + 1)
     for c, contact in enumerate(channel_contact(log).T):
         air = (contact == 0.0) & np.isfinite(raw[:, c]) & np.isfinite(readings[:, c])
         alone = low_pass_stretches(raw[:, c : c + 1], air, rate_hz)
-        readings[air, c] = alone[air, 0]
+        step = np.where(air, alone[:, 0] - readings[:, c], 0.0)
+        between = np.isnan(contact)
+        for start, stop in stretches(air):
+            for edge, side in ((start, -1), (stop - 1, 1)):
+                rows = edge + side * np.arange(1, ramp.size + 1)
+                rows = rows[(rows >= 0) & (rows < len(step))]
+                held = np.cumprod(between[rows])
+                step[rows] += held * ramp[: rows.size] * step[edge]
+        readings[:, c] += step
     return log.with_readings(readings)
 
 

@@ -90,7 +90,7 @@ def _other_forms(
     size = next(p for p in effect.sizes if p.name == parameter)
     bare = subject.case.extended(*_without(model, link))
     ideal = balanced(bare, bare.values, bare.chain).extended(bare.chain, bare.values)
-    forms, seen = _forms(ideal, effect, held, mine), ideal.memory()
+    forms, seen = _forms(ideal, effect, link.owners[owner], held, mine), ideal.memory()
     owners = {owner: link.owners[owner]}
     columns = np.stack(
         [
@@ -121,10 +121,14 @@ def _other_forms(
 
 
 def _forms(
-    case: Case, effect: Effect, held: Sequence[EffectParameter], mine: Mapping[str, float]
+    case: Case,
+    effect: Effect,
+    units: Sequence[str],
+    held: Sequence[EffectParameter],
+    mine: Mapping[str, float],
 ) -> list[dict[str, float]]:
     """Forms that differ in those shapes that the refit held, the others as it found them."""
-    grid = shapes_of(case, effect)
+    grid = shapes_of(case, effect, units)
     if len(held) == 1 and grid and held[0].unit != "channel":
         # one alone can be followed closely: which values fit hardly depends on the others
         grid = [{held[0].name: value} for value in _between(held[0], grid)]

@@ -370,6 +370,12 @@ def on_wrenches(transform: ArrayTransform) -> Transform:
     return lifted
 
 
+def unit_of(unit: str, channels: Sequence[str]) -> str:
+    """A unit of cells as it is at axes: of those of a torque newtons are newton metres."""
+    axes = is_six_axis(channels) and all(c.rsplit(".", 1)[1].startswith("t") for c in channels)
+    return unit.replace("N", "Nm") if axes else unit
+
+
 def can_carry(channels: Sequence[str], effect: Effect) -> bool:
     """Whether sensors of this kind, six-axis transducers or cells, can have an effect."""
     if is_six_axis(channels):

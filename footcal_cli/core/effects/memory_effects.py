@@ -170,7 +170,7 @@ HYSTERESIS = Effect(
             "hysteresis_reach",
             "N",
             4.0,
-            0.02,
+            0.001,
             1e4,
             4.0,
             True,
@@ -182,7 +182,7 @@ HYSTERESIS = Effect(
     by_column=True,
     apply=on_readings(_hysteresis),
     remove=on_readings(_unhysteresis),
-    experiments=("weights", "stand", "walk"),
+    experiments=("weights", "stand", "walk", "hang"),
     formula="y = x + w (z − x) / 2r, play z_k = min(max(z_{k−1}, x_k − r), x_k + r)",
     source="Prandtl–Ishlinskii operator; inverse after Kuhnen, Eur. J. Control 9 (2003); w < 0: "
     "the reading runs ahead of its load, as behind gauges that compensate creep too much",

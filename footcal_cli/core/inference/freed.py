@@ -7,7 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.effects.contract import OF_THE_LOGS, Effect, EffectParameter, GridOf
+from footcal_cli.core.effects.contract import (
+    OF_THE_LOGS,
+    Effect,
+    EffectParameter,
+    GridOf,
+    is_six_axis,
+)
 from footcal_cli.core.inference.linear import left_by, orthonormal
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.parameters import FloatArray
@@ -44,12 +50,14 @@ class Freed:
 def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
     """Sizes and shapes of an accepted effect, by owner.
 
-    An offset has no reason to lie along one axis: all its components are freed.
+    An offset has no reason to lie along one axis: all its components are freed. The reach of an
+    axis stays on its grid: beyond, a play hardly gives way to loads of both signs, and is a gain.
     """
     freed = []
-    for owner, _ in signature.owners:
+    for owner, units in signature.owners:
+        placed = (*_PLACED, GridOf.LOAD) if is_six_axis(units) else _PLACED
         for p in effect.parameters:
-            if p.unit not in ("channel", "block", "form") and p.grid_of not in _PLACED:
+            if p.unit not in ("channel", "block", "form") and p.grid_of not in placed:
                 step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
                 named = p.name == signature.parameter
                 freed.append(Freed(f"{owner}.{p.name}", p, step, named))

@@ -60,8 +60,9 @@ def balanced(
             rows = slice(None, None, case.stride if few else 1)
             of_whole = case.experiment.balance(whole) if few else balance
             parts = _noise_of_both_sides(case.experiment, whole, of_whole, derivative / spread)
-            beside, felt, turning = (part[rows] for part in parts)
-            change = beside + _least_change(derivative, felt, balance.valid) * spread
+            beside, settled, felt, turning = (part[rows] for part in parts)
+            free = derivative * ~settled[:, None]
+            change = beside + _least_change(free, felt, balance.valid) * spread
             ideal = truth.with_readings(truth.readings - change)
             ideal = _demand_moved(case.experiment, ideal, balance.outputs, turning)
         logs.append(used.apply(ideal, values)[0])
@@ -111,8 +112,8 @@ def _least_change(derivative: FloatArray, error: FloatArray, valid: BoolArray) -
 
 def _noise_of_both_sides(
     experiment: Experiment, truth: Log, balance: Balance, derivative: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Noise of channels beside swings (n, c), and parts of the rest in readings and L̇, (n, k).
+) -> tuple[FloatArray, BoolArray, FloatArray, FloatArray]:
+    """Noise of channels beside swings and where that is all of it, (n, c); and parts of the rest.
 
     Parameters
     ----------
@@ -120,29 +121,41 @@ def _noise_of_both_sides(
         All rows of a walk.
     derivative
         Of the balance by the channels, of some rows, (m, k, c).
+
+    Returns
+    -------
+    beside, settled, and what readings and L̇ hold of the rest, (n, k).
     """
-    beside = _noise_beside(truth, balance, derivative)
+    beside, settled = _noise_beside(truth, balance, derivative)
     quiet = truth.with_readings(truth.readings - beside)
     balance = experiment.balance(quiet)
     felt, turning = shared_with_inputs(experiment, quiet, balance, derivative)
     felt = np.where((acting(derivative) == 1) & balance.valid, np.nan_to_num(balance.error), felt)
-    return beside, felt, turning
+    return beside, settled, felt, turning
 
 
-def _noise_beside(truth: Log, balance: Balance, derivative: FloatArray) -> FloatArray:
+def _noise_beside(
+    truth: Log, balance: Balance, derivative: FloatArray
+) -> tuple[FloatArray, BoolArray]:
     """Noise of channels in rows that demand nothing of them, from rows beside that do, (n, c).
 
     A cell in the air reads its noise, and reads it just before and after too: so near that a low-
     pass makes both alike it shows what it shows there, farther off the noise of that swing on
     average. Left in there, all that remembers a load would remember what is the residual of the
-    swing.
+    swing. Nor may such a row take part in what the totals are off by: a swing would begin with a
+    step, which a lag remembers at its largest.
 
     Parameters
     ----------
     derivative
         Of the balance by the channels, zero where an output is not valid, of some rows, (m, k, c).
+
+    Returns
+    -------
+    The noise, and where a channel reads what it reads in the swing beside, (n, c).
     """
     time_s, noise = truth.time_s, np.zeros_like(truth.readings)
+    settled = np.zeros(noise.shape, dtype=bool)
     alone = (acting(derivative) == 1) & ~balance.valid.all(axis=0)
     for k in np.flatnonzero(alone):
         row, channel = (int(i[0]) for i in np.nonzero(derivative[:, k]))
@@ -156,8 +169,10 @@ def _noise_beside(truth: Log, balance: Balance, derivative: FloatArray) -> Float
             noise[slice(*far), channel] = error[start:stop].mean()
             for part, edge in ((slice(near[0], start), start), (slice(stop, near[1]), stop - 1)):
                 noise[part, channel] = shown[part] - (shown[edge] - error[edge])
+                settled[part, channel] = True
         noise[balance.valid[:, k], channel] = 0.0
-    return noise
+        settled[balance.valid[:, k], channel] = False
+    return noise, settled
 
 
 def _demand_moved(

@@ -76,10 +76,14 @@ class Responses:
         self,
         effect: Effect,
         size: EffectParameter,
-        units: Sequence[str],
-        shape: Mapping[str, float],
+        shapes: Mapping[str, Mapping[str, float]],
     ) -> dict[str, FloatArray] | None:
         """What size one of an effect of each unit alone adds to the residual, shape (m,) each.
+
+        Parameters
+        ----------
+        shapes
+            Of each unit.
 
         Returns
         -------
@@ -88,9 +92,10 @@ class Responses:
         """
         if effect.scope is Scope.ROBOT:
             return None
+        units = tuple(shapes)
         chain = self.case.chain.with_link(Link(effect, {BESIDE + u: (u,) for u in units}))
-        shapes = {f"{BESIDE}{u}.{k}": v for u in units for k, v in shape.items()}
-        values = {**self.case.values, **shapes}
+        forms = {f"{BESIDE}{u}.{k}": v for u in units for k, v in shapes[u].items()}
+        values = {**self.case.values, **forms}
         low, high = ends_of(size)
         found = {u: np.zeros(self.rows.residual.size) for u in units}
         for i, log in enumerate(self.case.logs):
@@ -104,8 +109,13 @@ class Responses:
 
             every = moved(high, units)
             gains = self._gains_of(i)
-            there = units_of(effect.scope, log.channels)
-            columns = dict(zip(there, columns_of(effect.scope, log.channels), strict=True))
+            places = zip(
+                units_of(effect.scope, log.channels),
+                columns_of(effect.scope, log.channels),
+                strict=True,
+            )
+            columns = {unit: own for unit, own in places if unit in shapes}
+            there = list(columns)
             if key not in self._apart and np.any(every.readings != gains.truth.readings):
                 ends = there[:: len(there) - 1] if len(there) > 1 else ()
                 self._apart[key] = all(

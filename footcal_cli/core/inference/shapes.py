@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Mapping, Sequence
 from itertools import product
 
 import numpy as np
 
+from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.effects.contract import (
     OF_THE_LOGS,
     Effect,
@@ -18,6 +19,7 @@ from footcal_cli.core.effects.contract import (
     is_six_axis,
 )
 from footcal_cli.core.inference.case import Case, channels_of
+from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.log import Log
 
 MOST_SHAPES = 30
@@ -27,6 +29,9 @@ MOST_LABELS = 40
 SAME_LABEL = 1e-3
 """Written loads that differ by less than this share are one weight."""
 _LARGEST = 0.99
+_RCOND = 1e-9
+_LOOP = 0.3
+"""Share of what a play adds to an axis that no gain adds: two levels of load show a gain alone."""
 _EARLY_S = (5.0, 10.0, 20.0, 30.0, 60.0, 120.0)
 """Where a cell is loaded at a few visits a jump is looked for at the beginning only."""
 _PAUSE = 5.0  # a pause is so many times the usual step between rows
@@ -34,15 +39,21 @@ _NEAR_PAUSE = 0.01  # of the rows
 _MOST_PAUSES = 11
 
 
-def shapes_of(case: Case, effect: Effect) -> list[dict[str, float]]:
+def shapes_of(case: Case, effect: Effect, units: Sequence[str] = ()) -> list[dict[str, float]]:
     """Every combination of the shape parameters worth trying on these logs.
 
     Empty where the logs offer none (no set of weights whose label could be wrong).
+
+    Parameters
+    ----------
+    units
+        Who would carry it. Axes of a transducer differ in range and unit: what is a share of the
+        largest load is one of theirs. Cells share the range of the largest among them.
     """
     names = [s.name for s in effect.shapes]
     shapes = [
         dict(zip(names, values, strict=True))
-        for values in product(*(_grid(case, effect, s) for s in effect.shapes))
+        for values in product(*(_grid(case, effect, s, units) for s in effect.shapes))
     ]
     if Trait.SYMMETRIC in effect.traits:
         first, second = names
@@ -51,13 +62,46 @@ def shapes_of(case: Case, effect: Effect) -> list[dict[str, float]]:
     return shapes if own else shapes[:MOST_SHAPES]
 
 
-def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
+def forms_by_unit(
+    case: Case, effect: Effect, units: Sequence[str]
+) -> list[dict[str, dict[str, float]]]:
+    """Shapes worth trying, of each unit: the same of all, but of axes with their own range.
+
+    An axis is left out of those that open no loop at the loads it had.
+    """
+    if not (
+        any(s.grid_of is GridOf.LOAD for s in effect.shapes) and is_six_axis(channels_of(case.logs))
+    ):
+        return [dict.fromkeys(units, shape) for shape in shapes_of(case, effect)]
+    each = [shapes_of(case, effect, (unit,)) for unit in units]
+    forms = [dict(zip(units, shapes, strict=True)) for shapes in zip(*each, strict=True)]
+    if Trait.MEMORY not in effect.traits:
+        return forms
+    truths = [case.chain.remove(log, case.values)[0] for log in case.logs]
+    return [{u: f for u, f in form.items() if _opens(truths, effect, u, f)} for form in forms]
+
+
+def _opens(logs: Sequence[Log], effect: Effect, unit: str, shape: Mapping[str, float]) -> bool:
+    """Whether what it adds to an axis is more than a gain of its load and a zero."""
+    size = effect.size
+    chain = Chain((Link(effect, {unit: (unit,)}),))
+    values = {f"{unit}.{size.name}": size.prior_sd} | {f"{unit}.{k}": v for k, v in shape.items()}
+    here = [log for log in logs if unit in log.channels]
+    load = np.concatenate([log.readings[:, log.channels.index(unit)] for log in here])
+    shown = [chain.apply(log, values)[0].readings[:, log.channels.index(unit)] for log in here]
+    added = np.concatenate(shown) - load
+    line = np.column_stack([load, np.ones_like(load)])
+    return float(np.std(left_by(line, added, _RCOND))) > _LOOP * float(np.sqrt(np.mean(added**2)))
+
+
+def _grid(case: Case, effect: Effect, shape: EffectParameter, units: Sequence[str]) -> list[float]:
     if shape.grid_of is GridOf.LABEL:
         return labels_of(case)
     if shape.grid_of is GridOf.HOLE:
         return [float(h) for h in holes_in_use(case)]
-    if shape.grid_of is GridOf.LOAD and not is_six_axis(channels_of(case.logs)):
-        largest = max(_largest(case, log, effect.scope) for log in case.logs)
+    if shape.grid_of is GridOf.LOAD:
+        mine = set(units) if is_six_axis(channels_of(case.logs)) else set()
+        largest = max(_largest(case, log, effect.scope, mine) for log in case.logs)
         return [float(np.clip(v * largest, shape.lower, shape.upper)) for v in shape.grid]
     if shape.grid_of is GridOf.SPAN and case.experiment.few_visits:
         return list(_EARLY_S)
@@ -72,11 +116,13 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter) -> list[float]:
     return list(shape.grid)
 
 
-def _largest(case: Case, log: Log, scope: Scope) -> float:
+def _largest(case: Case, log: Log, scope: Scope, among: Container[str]) -> float:
     """Largest load of a cell, or of a foot for what acts on its sum, without outliers."""
     force = np.abs(case.chain.remove(log, case.values)[0].readings)
     if scope is Scope.FOOT:
         force = np.stack([force[:, c].sum(axis=1) for c in columns_of(scope, log.channels)], 1)
+    elif mine := [c for c, channel in enumerate(log.channels) if channel in among]:
+        force = force[:, mine]
     return max(float(np.nanquantile(force, _LARGEST, axis=0).max()), 1e-6)
 
 

@@ -13,15 +13,16 @@ from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import (
     Effect,
     EffectParameter,
-    Scope,
     Trait,
     can_carry,
+    unit_of,
     units_of,
 )
 from footcal_cli.core.inference.case import Case, channels_of, residual
+from footcal_cli.core.inference.places import carriers, owners_of, places
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.responses import BESIDE, Responses, ends_of
-from footcal_cli.core.inference.shapes import shapes_of
+from footcal_cli.core.inference.shapes import forms_by_unit
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 _DIFFERENCE = 1e-4  # finite-difference step of the calibration, in its own steps
@@ -226,8 +227,8 @@ def effect_columns(
     once the calibration is refitted, the shapes differ.
     """
     case, rows, seen = responses.case, responses.rows, responses.seen
-    units, taken = _units(case, effect), owners_of(case.chain, effect)
-    shapes = shapes_of(case, effect)
+    units, taken = carriers(case, effect), owners_of(case.chain, effect)
+    forms = forms_by_unit(case, effect, units)
     signatures: list[Signature] = []
     columns: list[FloatArray] = []
     for size in (s for s in effect.sizes if not s.beside):
@@ -236,30 +237,32 @@ def effect_columns(
         lower, upper = (-1.3, -0.7) if switch else (size.lower, size.upper)
         if Trait.WHOLE in effect.traits:
             lower, upper = 0.7, 1.3
-        kept: list[list[FloatArray]] = []
-        for shape in shapes:
-            single = responses.of_units(effect, size, units, shape) or {
-                u: derivative(case, rows, effect, size, {u: (u,)}, shape, seen=seen) for u in units
+        kept: list[dict[str, FloatArray]] = []
+        for form in filter(None, forms):
+            single = responses.of_units(effect, size, form) or {
+                u: derivative(case, rows, effect, size, {u: (u,)}, form[u], seen) for u in form
             }
-            shared = np.sum(list(single.values()), axis=0)
             largest = max(float(np.sqrt(np.mean(c**2))) for c in single.values())
             idle = largest < _CARRIED if switch else largest * size.prior_sd < _NOTHING
-            everywhere = [shared, *single.values()]
-            if idle or any(all(map(_alike, everywhere, other)) for other in kept):
+            everywhere = {"": np.sum(list(single.values()), axis=0), **single}
+            if idle or any(_same_columns(everywhere, other) for other in kept):
                 continue
             kept.append(everywhere)
-            bottom, top = lower, upper
-            if effect.most is not None:
-                bottom, top = effect.least(size, shape), effect.largest(size, shape)
             far = [
-                {u: _far(case, rows, effect, size, u, shape, by, seen) for u in units}
+                {u: _far(case, rows, effect, size, u, form[u], by, seen) for u in form}
                 for by in size.far
             ]
             for where, owners, members in places(effect, units):
-                if not taken.isdisjoint(owner for owner, _ in owners):
+                shape = form.get(members[0], {})
+                given = not taken.isdisjoint(owner for owner, _ in owners)
+                if given or any(form.get(member) != shape for member in members):
                     continue
+                bottom, top = lower, upper
+                if effect.most is not None:
+                    bottom, top = effect.least(size, shape), effect.largest(size, shape)
                 signature = Signature(
-                    effect=effect.name, parameter=size.name, where=where, unit=size.unit,
+                    effect=effect.name, parameter=size.name, where=where,
+                    unit=unit_of(size.unit, members),
                     shape=tuple(shape.items()), lower=bottom - size.neutral,
                     upper=top - size.neutral, owners=owners,
                 )  # fmt: skip
@@ -280,57 +283,13 @@ def summed(columns: Sequence[FloatArray]) -> FloatArray:
     return total if np.linalg.norm(total) > _ROUNDING * largest else np.zeros_like(total)
 
 
+def _same_columns(some: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> bool:
+    return some.keys() == other.keys() and all(_alike(some[u], other[u]) for u in some)
+
+
 def _alike(a: FloatArray, b: FloatArray) -> bool:
     norm = np.sqrt((a @ a) * (b @ b))
     return bool(norm > 0 and abs(a @ b) > ALIKE * norm)
-
-
-def _units(case: Case, effect: Effect) -> tuple[str, ...]:
-    return tuple(
-        dict.fromkeys(u for log in case.logs for u in units_of(effect.scope, log.channels))
-    )
-
-
-Owners = tuple[tuple[str, tuple[str, ...]], ...]
-EffectPlace = tuple[str, Owners, tuple[str, ...]]
-"""Where in words, owners as in a link, and the units that share the size."""
-
-
-def places(effect: Effect, units: Sequence[str]) -> list[EffectPlace]:
-    """Who may carry an effect: everyone alike, one foot's cells, a single one.
-
-    Returns
-    -------
-    where, owners, members of each.
-    """
-    if effect.scope is Scope.ROBOT:
-        alone = (("robot", ("robot",)),)
-        return [("robot", alone, ("robot",))]
-    noun = {Scope.CHANNEL: "cells", Scope.FOOT: "feet", Scope.LEG: "legs"}[effect.scope]
-    every = tuple(units)
-    found: list[EffectPlace] = []
-    if len(every) > 1:
-        found.append((f"all {noun}", (("all", every),), every))
-        feet = dict.fromkeys(u.split("_", 1)[0] for u in every)
-        if effect.scope is Scope.CHANNEL and 1 < len(feet) < len(every):
-            for foot in feet:
-                mine = tuple(u for u in every if u.split("_", 1)[0] == foot)
-                found.append((f"{foot} foot", ((foot, mine),), mine))
-    found += [(u, ((u, (u,)),), (u,)) for u in every]
-    return found
-
-
-def owners_of(chain: Chain, effect: Effect) -> set[str]:
-    """Who has a value of an effect already, from a calibration: a group may have more of it."""
-    return {o for item in chain.links if item.effect.name == effect.name for o in item.owners}
-
-
-def own_place(case: Case, effect: Effect) -> tuple[str, Owners] | None:
-    """Every cell with a value of its own, where there are several cells; named like the others."""
-    units = _units(case, effect)
-    if effect.scope is not Scope.CHANNEL or len(units) < 2 or owners_of(case.chain, effect):
-        return None
-    return "each cell of its own", tuple((u, (u,)) for u in units)
 
 
 def derivative(

@@ -78,7 +78,7 @@ def _ranges(found: Investigation) -> dict[str, RangeRecord]:
             low=interval.low, high=interval.high, unit=units[name.rsplit(".", 1)[1]],
         )
         for item in found.found
-        for units in [{p.name: p.unit for p in item.effect.parameters}]
+        for units in [item.units]
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
         if np.isfinite(interval.low) and np.isfinite(interval.high)
     }  # fmt: skip

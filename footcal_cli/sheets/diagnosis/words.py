@@ -92,7 +92,7 @@ def size_words(item: Found) -> str:
     if stated_as := item.effect.stated_as:
         return f"{whose}{stated_as} {handy(item.cause.size, signature.unit)}"
     shapes = {name for name, _ in signature.shape}
-    units = {p.name: p.unit for p in item.effect.parameters}
+    units = item.units
     said: list[str] = []
     for name, interval in zip(item.parameter_names, item.intervals, strict=True):
         owner, parameter = name.rsplit(".", 1)
@@ -115,7 +115,7 @@ def shape_words(item: Found) -> str:
     effect = item.effect
     shapes = {name for name, _ in item.cause.signature.shape}
     shapes |= {effect.size.name} if effect.stated_as else set()
-    units = {p.name: p.unit for p in effect.parameters}
+    units = item.units
     parts = [
         f"{_size_name(name.rsplit('.', 1)[1], effect.name)}"
         f"{handy(interval, units.get(name.rsplit('.', 1)[1], ''))}"
