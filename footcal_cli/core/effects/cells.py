@@ -278,7 +278,7 @@ SCALE_CHANGE = Effect(
     parameters=(EffectParameter("scale_change", "-", 0.0, -0.9, 1.0, 0.02),),
     apply=on_readings(times(_scale)),
     remove=on_readings(over(_scale)),
-    experiments=("walk",),
+    experiments=("stand", "walk"),
     formula="y = (1 + g) x: the scale is no longer what it was calibrated to",
     source="overload, a bent flexure, a loose screw, another amplifier since the calibration",
     remedy="calibrate these cells again: offline-fit with weights",
