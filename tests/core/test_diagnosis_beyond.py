@@ -14,9 +14,11 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.refit import Refit
+from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from tests.core.test_diagnosis_bridge import ROBOT, Hidden, weights_case, with_rivals
 from tests.core.test_diagnosis_ways import CELLS, named_both, placed
 
@@ -81,8 +83,19 @@ def test_only_kinds_whose_forms_are_all_known_are_asked() -> None:
     assert not is_beyond(subject, model, [warm, causes[1]], 1, [0], RULES, 0)
 
 
-def test_a_small_loop_next_to_a_large_curve_is_named() -> None:
-    found = investigate(weights_case(26, BENT, LOOPED), TABLE, describe)
+@pytest.mark.parametrize(
+    ("table", "sessions"),
+    [
+        ({name: TABLE[name] for name in ("nonlinearity", "hysteresis", "creep")}, 2),
+        pytest.param(TABLE, 3, marks=pytest.mark.slow),
+    ],
+    ids=["few", "all"],
+)
+def test_a_small_loop_next_to_a_large_curve_is_named(
+    table: dict[str, Effect], sessions: int
+) -> None:
+    case = weights_case(26, BENT, LOOPED, plan=WeightsPlan(sessions=sessions))
+    found = investigate(case, table, describe)
     assert {"nonlinearity", "hysteresis"} <= with_rivals(found)
 
 

@@ -179,7 +179,7 @@ def test_an_acceleration_that_is_late_is_no_late_stream() -> None:
     """The CoM is on time: 30 ms of delay of what was differentiated alone, to 2 ms."""
     late = {"robot.acceleration_delay": 0.03}
     hidden: Hidden = ("acceleration_delay", {"robot": ("robot",)}, late)
-    found = investigate(walk_case(6, hidden), TABLE, describe)
+    found = investigate(walk_case(6, hidden, duration_s=30.0), TABLE, describe)
     assert "acceleration_delay" in with_rivals(found)
     if "acceleration_delay" in names(found):
         assert found.model is not None

@@ -25,6 +25,7 @@ from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.simulation.bench_logs import WeightsPlan
 from tests.core.diagnosis_world import (
     library_effects,
     make_world,
@@ -100,6 +101,7 @@ def test_whichever_of_two_it_begins_with_both_are_named(first: int) -> None:
         21,
         ("nonlinearity", everyone, {"all.quadratic": 1e-3}),
         ("hysteresis", everyone, {"all.hysteresis_width": 0.2}),
+        plan=WeightsPlan(sessions=2),
     )
     table = {name: TABLE[name] for name in ("nonlinearity", "hysteresis", "creep")}
     rows = rows_of(case)
