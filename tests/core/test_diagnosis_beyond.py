@@ -54,7 +54,7 @@ def test_what_no_form_copies_asks_for_about_the_same_size(
     assert Beyond(agreement, p).is_no_form(RULES) is no_form
 
 
-@pytest.mark.parametrize("seed", [21, 22])
+@pytest.mark.parametrize("seed", [21, pytest.param(22, marks=pytest.mark.slow)])
 def test_a_loop_beside_a_curve_is_more_than_its_form(seed: int) -> None:
     subject, causes, model = fitted_both(
         weights_case(seed, BENT, LOOPED), "nonlinearity", "hysteresis"
@@ -68,7 +68,7 @@ def test_a_loop_beside_a_curve_is_more_than_its_form(seed: int) -> None:
     assert are_distinct(subject, model, causes, [], RULES, 0)
 
 
-@pytest.mark.parametrize("seed", [23, 24])
+@pytest.mark.parametrize("seed", [23, pytest.param(24, marks=pytest.mark.slow)])
 def test_what_a_loop_takes_of_a_knee_beside_a_parabola_is_the_curves_form(seed: int) -> None:
     subject, causes, model = fitted_both(weights_case(seed, KNEED), "nonlinearity", "hysteresis")
     assert not is_beyond(subject, model, causes, 1, [0], RULES, 0)
@@ -105,7 +105,7 @@ BYPASS: Hidden = (
 HEARD: Hidden = ("crosstalk", {"all": CELLS}, {"all.crosstalk": 0.02})
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_what_a_cell_hears_is_no_form_of_a_bypass_and_the_other_way_round(seed: int) -> None:
     subject, path = named_both(placed(seed, BYPASS, HEARD), "load_bypass", "crosstalk")
     assert are_distinct(subject, path.model, path.causes, [(0, 1)], RULES, 0)
@@ -115,7 +115,7 @@ def test_what_a_cell_hears_is_no_form_of_a_bypass_and_the_other_way_round(seed: 
         assert abs(found.agreement - 1.0) < 0.3
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_beside_a_bypass_alone_no_cell_hears_another(seed: int) -> None:
     subject, path = named_both(placed(seed, BYPASS), "load_bypass", "crosstalk")
     assert not are_distinct(subject, path.model, path.causes, [(0, 1)], RULES, 0)

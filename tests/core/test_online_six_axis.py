@@ -33,9 +33,11 @@ CHANNELS = tuple(f"{foot}.{axis}" for foot in FEET for axis in AXES)
 OFFSETS = np.array([4.0, -6.0, 12.0, 0.4, -0.3, 0.2, -3.0, 5.0, -9.0, -0.5, 0.6, -0.1])
 
 
-def six_axis_walk(seed: int, noise_n: float = 0.0) -> tuple[Log, FloatArray]:
+def six_axis_walk(
+    seed: int, noise_n: float = 0.0, duration_s: float = 20.0
+) -> tuple[Log, FloatArray]:
     """A pendulum's walk on ankles 5 cm up and turned; the log and its true wrenches (n, 12)."""
-    motion = make_walk(0.1, 20.0, seed=seed)
+    motion = make_walk(0.1, duration_s, seed=seed)
     every = slice(None, None, 8)  # 50 Hz
     time = motion.time[every]
     n = len(time)
@@ -92,7 +94,7 @@ def as_merged(log: Log) -> Merged:
 @cache
 def replayed(seed: int, *, scales: bool | None = None, shaken: bool = False) -> SixAxisReplay:
     """A walk with noise of 0.5 N, whose acceleration tells little where it is shaken."""
-    log, _ = six_axis_walk(seed, noise_n=0.5)
+    log, _ = six_axis_walk(seed, 0.5, 14.0)
     if shaken:
         noise = np.random.default_rng(0).normal(0.0, 1.0, (len(log), 3))
         log = log.with_known(com_acc_mps2=log.known["com_acc_mps2"] + noise)
@@ -245,7 +247,7 @@ def test_scales_are_left_alone_where_the_motion_tells_too_little() -> None:
 
 def test_scales_that_are_off_are_no_poor_motion() -> None:
     """Vertical scales 8 % apart leave 2 N of 53 N: a motion that is good to 2 % seemed worse."""
-    log, _ = six_axis_walk(0, noise_n=0.2)
+    log, _ = six_axis_walk(0, 0.2, 14.0)
     gains = np.random.default_rng(4).normal(0.0, 0.02, 12)
     gains[[2, 8]] = 0.05, -0.03
     found = replay_six_axis(as_merged(log.with_readings(log.readings / (1.0 + gains))),
@@ -303,7 +305,7 @@ def test_noise_does_not_pull_scales_of_axes_that_hardly_feel_anything() -> None:
 
 def test_a_scale_that_no_transducer_has_is_not_called_good() -> None:
     """One axis that reads a fifth too little: found, and more than three prior sd away."""
-    log, _ = six_axis_walk(0, noise_n=0.1)
+    log, _ = six_axis_walk(0, 0.1, 14.0)
     readings = log.readings.copy()
     readings[:, CHANNELS.index("left.fx")] /= 1.2
     found = replay_six_axis(as_merged(log.with_readings(readings)), samples_per_update=2)
