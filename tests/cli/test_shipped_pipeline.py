@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from footcal_cli.app import main
+from tests.cli.few_effects import few_or_all
 
 RECIPES = Path(__file__).resolve().parents[2] / "recipes"
 BIPED, HEXAPOD = RECIPES / "nao_simulated.toml", RECIPES / "hexapod_simulated.toml"
@@ -55,14 +56,15 @@ def test_stand_and_walk_run_with_the_recipe_alone(biped: Path, tmp_path: Path) -
     next_commands(biped, tmp_path)
 
 
+@few_or_all("hysteresis", "nonlinearity", "mass")
 def test_bench_stand_walk_and_diagnosis_run_with_the_calibration_of_the_bench(
-    biped: Path, tmp_path: Path
+    biped: Path, tmp_path: Path, few: tuple[str, ...]
 ) -> None:
     given = ("--parameters", biped / "fit" / "parameters.json")
     next_commands(biped, tmp_path, *given)
     logs = (biped / "walk" / "cells.parquet", biped / "walk" / "body.parquet")
     asked = ("--recipe", biped / "recipe.toml", "--experiment", "walk", *given)
-    assert run("diagnose", *logs, *asked, "--out", tmp_path / "diagnose") == 0
+    assert run("diagnose", *logs, *asked, *few, "--out", tmp_path / "diagnose") == 0
     # the hysteresis that the bench found is still in the calibration that standing refined
     effects = [e["effect"] for e in record(tmp_path / "static-init", "parameters")["effects"]]
     assert effects == ["hysteresis"]
