@@ -143,7 +143,8 @@ def test_cells_that_placements_moved_are_used_where_they_are(biped: Path, tmp_pa
     assert 0.0006 < before["moved"] - before["as_is"] < 0.0025
 
 
-def test_hanging_then_poses_then_apply_then_diagnosis(tmp_path: Path) -> None:
+@few_or_all("cable_drag", "robot_weight")
+def test_hanging_then_poses_then_apply_then_diagnosis(tmp_path: Path, few: tuple[str, ...]) -> None:
     for kind, short in (("hang", "cycles = 2"), ("pose", "cycles = 2\nposes = 24")):
         recipe = tmp_path / "recipe.toml"
         text = HEXAPOD.read_text(encoding="utf-8").replace("cycles = 3", short)
@@ -158,5 +159,5 @@ def test_hanging_then_poses_then_apply_then_diagnosis(tmp_path: Path) -> None:
     assert run("pose-calib", poses, *given, "--out", out["pose"]) == 0
     given = ("--recipe", recipe, "--parameters", out["pose"] / "parameters.json")
     assert run("apply", poses, *given, "--out", out["apply"]) == 0
-    more = ("--experiment", "pose", "--out", out["diagnose"])
+    more = ("--experiment", "pose", *few, "--out", out["diagnose"])
     assert run("diagnose", poses, *given, *more) == 0
