@@ -18,12 +18,11 @@ from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.simulation.bench_logs import WeightsPlan
-from tests.core.test_diagnosis_bridge import ROBOT, Hidden, weights_case, with_rivals
+from tests.core.test_diagnosis_bridge import BENCH, Hidden, weights_case, with_rivals
 from tests.core.test_diagnosis_ways import CELLS, named_both, placed
 
 RULES = Rules()
-EVERYONE = {"all": ROBOT.channels}
+EVERYONE = {"all": BENCH.channels}
 BENT: Hidden = ("nonlinearity", EVERYONE, {"all.quadratic": 1e-3})
 KNEED: Hidden = ("hinge", EVERYONE, {"all.hinge": 0.05, "all.hinge_load": 15.0})
 START = {"all.quadratic": 1e-3, "all.hysteresis_width": 0.05, "all.hysteresis_reach": 4.0}
@@ -84,18 +83,15 @@ def test_only_kinds_whose_forms_are_all_known_are_asked() -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "sessions"),
+    "table",
     [
-        ({name: TABLE[name] for name in ("nonlinearity", "hysteresis", "creep")}, 2),
-        pytest.param(TABLE, 3, marks=pytest.mark.slow),
+        {name: TABLE[name] for name in ("nonlinearity", "hysteresis", "creep")},
+        pytest.param(TABLE, marks=pytest.mark.slow),
     ],
     ids=["few", "all"],
 )
-def test_a_small_loop_next_to_a_large_curve_is_named(
-    table: dict[str, Effect], sessions: int
-) -> None:
-    case = weights_case(26, BENT, LOOPED, plan=WeightsPlan(sessions=sessions))
-    found = investigate(case, table, describe)
+def test_a_small_loop_next_to_a_large_curve_is_named(table: dict[str, Effect]) -> None:
+    found = investigate(weights_case(26, BENT, LOOPED), table, describe)
     assert {"nonlinearity", "hysteresis"} <= with_rivals(found)
 
 
