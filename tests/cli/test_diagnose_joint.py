@@ -12,6 +12,7 @@ import pytest
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
+from tests.cli.few_effects import few_or_all
 from tests.conftest import Answer, Run
 
 CELLS = ("left_fl", "left_fr", "left_rl")
@@ -45,6 +46,9 @@ def ladders(
     return folder
 
 
+CURVES = few_or_all("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone", "hysteresis")
+
+
 def together(run: Run, folder: Path, *logs: str | Path) -> Answer:
     return run("diagnose", *logs, "--tolerance-n", "0.01", "--out", folder / "out", "--no-pictures")
 
@@ -60,17 +64,18 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@CURVES
 def test_one_experiment_closes_what_another_leaves_open(
-    run: Run, bench: Path, tmp_path: Path
+    run: Run, bench: Path, tmp_path: Path, few: tuple[str, ...]
 ) -> None:
-    answer = together(run, tmp_path, bench / "few weights", bench / "many weights")
+    answer = together(run, tmp_path, bench / "few weights", bench / "many weights", *few)
     assert answer.exit_code == 0, answer.err
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
-    few, many = record.experiments
-    assert (few.name, many.name) == ("few weights", "many weights")
+    three, many = record.experiments
+    assert (three.name, many.name) == ("few weights", "many weights")
     # three loads are a parabola through any curve
-    assert "nonlinearity" in few.names[0]
-    assert len(few.names[0]) > 1
+    assert "nonlinearity" in three.names[0]
+    assert len(three.names[0]) > 1
     (cause,) = record.causes
     assert (record.verdict, cause.effect, cause.where) == ("named", "nonlinearity", "all cells")
     assert cause.sd is not None
@@ -83,8 +88,11 @@ def test_one_experiment_closes_what_another_leaves_open(
     assert "few weights alone cannot distinguish nonlinearity from" in answer.out
 
 
-def test_sizes_that_exclude_each_other_name_nothing(run: Run, bench: Path, tmp_path: Path) -> None:
-    answer = together(run, tmp_path, bench / "many weights", bench / "straight weights")
+@CURVES
+def test_sizes_that_exclude_each_other_name_nothing(
+    run: Run, bench: Path, tmp_path: Path, few: tuple[str, ...]
+) -> None:
+    answer = together(run, tmp_path, bench / "many weights", bench / "straight weights", *few)
     assert answer.exit_code == 0, answer.err
     record = read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json")
     assert record.verdict == "unknown"

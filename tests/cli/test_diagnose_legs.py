@@ -15,6 +15,7 @@ from footcal_cli.intake.cases.pose import _model
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import EffectRecord, ParametersRecord
+from tests.cli.few_effects import few_or_all
 from tests.conftest import Run
 
 DOWN = {
@@ -76,10 +77,17 @@ def write_hang(
 
 
 def diagnosed(
-    run: Run, log: Path, recipe: Path, parameters: Path | None, out: Path, kind: str
+    run: Run,
+    log: Path,
+    recipe: Path,
+    parameters: Path | None,
+    out: Path,
+    kind: str,
+    *more: str,
 ) -> DiagnosisRecord:
     given = () if parameters is None else ("--parameters", parameters)
-    answer = run("diagnose", log, "--experiment", kind, "--recipe", recipe, *given, "--out", out)
+    asked = ("--experiment", kind, "--recipe", recipe, *given, *more, "--out", out)
+    answer = run("diagnose", log, *asked)
     record = read_record(DiagnosisRecord, out / "diagnosis.json")
     assert answer.exit_code == (3 if record.verdict == "bad-data" else 0), answer.err
     return record
@@ -92,15 +100,15 @@ def recipe(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("again_too", [False, pytest.param(True, marks=pytest.mark.slow)])
+@few_or_all("cable_drag", "offset_drift", "cross_coupling", "scale_matrix")
 def test_a_dragging_cable_is_named_and_the_extended_model_leaves_nothing(
-    run: Run, tmp_path: Path, recipe: Path, again_too: bool
+    run: Run, tmp_path: Path, recipe: Path, few: tuple[str, ...]
 ) -> None:
     log, first, again = tmp_path / "hang.csv", tmp_path / "first", tmp_path / "again"
     write_hang(log, 11, drag_n=0.1)
     assert run("hang-calib", log, "--recipe", recipe, "--out", first).exit_code == 0
     out = tmp_path / "out"
-    record = diagnosed(run, log, recipe, first / "parameters.json", out, "hang")
+    record = diagnosed(run, log, recipe, first / "parameters.json", out, "hang", *few)
     assert record.verdict == "named", record.sentence
     (cause,) = record.causes
     assert (cause.effect, cause.where) == ("cable_drag", "fl")
@@ -114,7 +122,7 @@ def test_a_dragging_cable_is_named_and_the_extended_model_leaves_nothing(
     answer = run("hang-calib", log, "--recipe", recipe, "--out", again,
                  "--parameters", out / "parameters_extended.json")  # fmt: skip
     assert answer.exit_code == 0, answer.err
-    if not again_too:
+    if few:
         return
     second = diagnosed(run, log, recipe, again / "parameters.json", tmp_path / "out2", "hang")
     assert second.verdict == "none", second.sentence

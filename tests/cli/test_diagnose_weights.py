@@ -12,6 +12,7 @@ import pytest
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
+from tests.cli.few_effects import few_or_all
 from tests.conftest import Run
 
 CELLS = ("left_fl", "left_fr", "left_rl")
@@ -43,19 +44,25 @@ def weights(seed: int, curves: Sequence[float], mislabelled_n: float = 0.0) -> p
     return pd.concat(rows)
 
 
-def diagnosed(run: Run, table: pd.DataFrame, folder: Path) -> DiagnosisRecord:
+CURVES = few_or_all("nonlinearity", "nonlinearity_cubic", "hinge", "hysteresis", "wrong_weight")
+
+
+def diagnosed(run: Run, table: pd.DataFrame, folder: Path, *more: str) -> DiagnosisRecord:
     table.to_csv(folder / "weights.csv", index=False)
     answer = run(
         "diagnose", folder / "weights.csv", "--experiment", "weights", "--tolerance-n", "0.01",
-        "--out", folder / "out",
+        "--out", folder / "out", *more,
     )  # fmt: skip
     assert answer.exit_code == 0, answer.err
     return read_record(DiagnosisRecord, folder / "out/diagnosis.json")
 
 
-def test_cells_with_a_curve_each_of_their_own(run: Run, tmp_path: Path) -> None:
+@CURVES
+def test_cells_with_a_curve_each_of_their_own(
+    run: Run, tmp_path: Path, few: tuple[str, ...]
+) -> None:
     curves = (6e-4, -5e-4, 2e-4)
-    record = diagnosed(run, weights(1, curves), tmp_path)
+    record = diagnosed(run, weights(1, curves), tmp_path, *few)
     (cause,) = record.causes
     assert (cause.effect, cause.where) == ("nonlinearity", "each cell of its own")
     # the sentence and the figures of the record say the same
@@ -81,8 +88,9 @@ def test_cells_alike_are_not_distinguished(run: Run, tmp_path: Path) -> None:
     assert (cause.effect, cause.where) == ("nonlinearity", "all cells")
 
 
-def test_a_weight_with_a_wrong_label(run: Run, tmp_path: Path) -> None:
-    record = diagnosed(run, weights(3, (0.0, 0.0, 0.0), mislabelled_n=0.08), tmp_path)
+@CURVES
+def test_a_weight_with_a_wrong_label(run: Run, tmp_path: Path, few: tuple[str, ...]) -> None:
+    record = diagnosed(run, weights(3, (0.0, 0.0, 0.0), mislabelled_n=0.08), tmp_path, *few)
     (cause,) = record.causes
     assert cause.effect == "wrong_weight"
     assert cause.size == pytest.approx(0.08, abs=0.01)

@@ -186,7 +186,6 @@ def test_placements_alone_need_a_calibration(
     assert "cop left" in missed.err
 
 
-@pytest.mark.usefixtures("drawn")
 @pytest.mark.parametrize(
     ("change", "words"),
     [

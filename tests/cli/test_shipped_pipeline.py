@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from footcal_cli.app import main
+from tests.cli.few_effects import few_or_all
 
 RECIPES = Path(__file__).resolve().parents[2] / "recipes"
 BIPED, HEXAPOD = RECIPES / "nao_simulated.toml", RECIPES / "hexapod_simulated.toml"
@@ -55,14 +56,15 @@ def test_stand_and_walk_run_with_the_recipe_alone(biped: Path, tmp_path: Path) -
     next_commands(biped, tmp_path)
 
 
+@few_or_all("hysteresis", "nonlinearity", "mass")
 def test_bench_stand_walk_and_diagnosis_run_with_the_calibration_of_the_bench(
-    biped: Path, tmp_path: Path
+    biped: Path, tmp_path: Path, few: tuple[str, ...]
 ) -> None:
     given = ("--parameters", biped / "fit" / "parameters.json")
     next_commands(biped, tmp_path, *given)
     logs = (biped / "walk" / "cells.parquet", biped / "walk" / "body.parquet")
     asked = ("--recipe", biped / "recipe.toml", "--experiment", "walk", *given)
-    assert run("diagnose", *logs, *asked, "--out", tmp_path / "diagnose") == 0
+    assert run("diagnose", *logs, *asked, *few, "--out", tmp_path / "diagnose") == 0
     # the hysteresis that the bench found is still in the calibration that standing refined
     effects = [e["effect"] for e in record(tmp_path / "static-init", "parameters")["effects"]]
     assert effects == ["hysteresis"]
@@ -141,7 +143,8 @@ def test_cells_that_placements_moved_are_used_where_they_are(biped: Path, tmp_pa
     assert 0.0006 < before["moved"] - before["as_is"] < 0.0025
 
 
-def test_hanging_then_poses_then_apply_then_diagnosis(tmp_path: Path) -> None:
+@few_or_all("cable_drag", "robot_weight")
+def test_hanging_then_poses_then_apply_then_diagnosis(tmp_path: Path, few: tuple[str, ...]) -> None:
     for kind, short in (("hang", "cycles = 2"), ("pose", "cycles = 2\nposes = 24")):
         recipe = tmp_path / "recipe.toml"
         text = HEXAPOD.read_text(encoding="utf-8").replace("cycles = 3", short)
@@ -156,5 +159,5 @@ def test_hanging_then_poses_then_apply_then_diagnosis(tmp_path: Path) -> None:
     assert run("pose-calib", poses, *given, "--out", out["pose"]) == 0
     given = ("--recipe", recipe, "--parameters", out["pose"] / "parameters.json")
     assert run("apply", poses, *given, "--out", out["apply"]) == 0
-    more = ("--experiment", "pose", "--out", out["diagnose"])
+    more = ("--experiment", "pose", *few, "--out", out["diagnose"])
     assert run("diagnose", poses, *given, *more) == 0

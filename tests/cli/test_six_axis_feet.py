@@ -105,7 +105,7 @@ def test_a_log_without_the_acceleration_of_the_com_is_calibrated_from_its_place(
 
 def test_transducers_mounted_upside_down_carry_as_others_do(run: Run, tmp_path: Path) -> None:
     """Which foot carries is seen in the world; of exchanged ones it still is an alarm."""
-    log, recipe = write_walk(tmp_path, 4, 12.0), tmp_path / "recipe.toml"
+    log, recipe = write_walk(tmp_path, 4, 8.0), tmp_path / "recipe.toml"
     turned = "transducer_rotation_rpy_rad = [3.14159265, 0.0, 0.0]\n"
     said = recipe.read_text().replace("com_below_m = [0.02, 0.0, -0.06]", "")
     recipe.write_text(
@@ -136,8 +136,8 @@ def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
     run: Run, tmp_path: Path
 ) -> None:
     (tmp_path / "clean").mkdir()
-    clean = write_walk(tmp_path / "clean", 3, 12.0)
-    log = write_walk(tmp_path, 3, 12.0, scale_matrix={"left.gain_fz": 0.05})
+    clean = write_walk(tmp_path / "clean", 3, 8.0)
+    log = write_walk(tmp_path, 3, 8.0, scale_matrix={"left.gain_fz": 0.05})
     recipe = tmp_path / "recipe.toml"
     known = extended(tmp_path, "scale_matrix", "left", "gain_fz", 0.05)
     errors = {}
@@ -159,8 +159,8 @@ def test_effects_of_a_calibration_are_undone_before_a_walk_is_judged(
 def test_an_offset_that_jumps_while_walking_is_an_alarm_in_the_report(
     run: Run, tmp_path: Path
 ) -> None:
-    jump = {"right.offset_change_fz": -25.0, "right.change_time": 12.0}
-    log = write_walk(tmp_path, 4, 24.0, offset_change=jump)
+    jump = {"right.offset_change_fz": -25.0, "right.change_time": 8.0}
+    log = write_walk(tmp_path, 4, 16.0, offset_change=jump)
     out = tmp_path / "out"
     answer = run("online-replay", log, "--recipe", tmp_path / "recipe.toml", "--out", out)
     assert answer.exit_code == 0, answer.err
@@ -168,7 +168,7 @@ def test_an_offset_that_jumps_while_walking_is_an_alarm_in_the_report(
     findings = json.loads((out / "run.json").read_text(encoding="utf-8"))["findings"]
     (alarm,) = [f for f in findings if f["code"] == "offset_jump"]
     assert alarm["severity"] == "alarm"
-    assert "at 12." in alarm["sentence"]
+    assert "at 8." in alarm["sentence"]
 
 
 @pytest.mark.slow

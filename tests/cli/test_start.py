@@ -93,7 +93,10 @@ def test_the_check_of_a_small_log_reads_and_writes_without_the_rest(
     assert set(heavy) <= {"pandas", "pyarrow"}
 
 
-@pytest.mark.parametrize("log", ["nao_table2/weights.csv", "bench_foot/weights.csv"])
+@pytest.mark.parametrize(
+    "log",
+    [pytest.param("nao_table2/weights.csv", marks=pytest.mark.slow), "bench_foot/weights.csv"],
+)
 def test_a_run_without_figures_loads_neither_drawing_nor_all_of_statistics(
     log: str, tmp_path: Path, repository: Path
 ) -> None:

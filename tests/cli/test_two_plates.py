@@ -9,6 +9,7 @@ import numpy as np
 from footcal_cli.records.diagnosis import DiagnosisRecord
 from footcal_cli.records.files import read_record
 from footcal_cli.records.results import ParametersRecord
+from tests.cli.few_effects import few_or_all
 from tests.conftest import Run
 from tests.foreign.plates import MASS_KG, PlateStand, plate_stand
 
@@ -26,10 +27,15 @@ def calibrated(stand: PlateStand, folder: Path, run: Run) -> tuple[object, ...]:
     return ("--recipe", recipe, *(("--parameters", made) if made.exists() else ()))
 
 
-def diagnosed(stand: PlateStand, folder: Path, run: Run) -> DiagnosisRecord:
+KINDS = few_or_all("scale_matrix", "nonlinearity", "offset_change", "com_offset", "cross_coupling")
+
+
+def diagnosed(
+    stand: PlateStand, folder: Path, run: Run, few: tuple[str, ...] = ()
+) -> DiagnosisRecord:
     given = calibrated(stand, folder, run)
     asked = ("--experiment", "stand", "--no-pictures", "--out", folder / "why")
-    assert run("diagnose", *given, *asked).exit_code == 0
+    assert run("diagnose", *given, *asked, *few).exit_code == 0
     return read_record(DiagnosisRecord, folder / "why" / "diagnosis.json")
 
 
@@ -47,28 +53,35 @@ def test_offsets_and_nothing_to_name(tmp_path: Path, run: Run) -> None:
     assert np.all(sd < [2.0, 2.0, 2.0, 0.2, 0.2, 0.2])
 
 
-def test_a_gain_beyond_the_data_sheet_is_named(tmp_path: Path, run: Run) -> None:
-    found = diagnosed(plate_stand(19, gain=np.array([1, 1, 0.95, 1, 1, 1])), tmp_path, run)
+@KINDS
+def test_a_gain_beyond_the_data_sheet_is_named(
+    tmp_path: Path, run: Run, few: tuple[str, ...]
+) -> None:
+    found = diagnosed(plate_stand(19, gain=np.array([1, 1, 0.95, 1, 1, 1])), tmp_path, run, few)
     named = {cause.effect for cause in found.causes}.union(*found.rivals)
     assert "scale_matrix" in named
     assert {c.where for c in found.causes if c.effect == "scale_matrix"} == {"fp_1"}
 
 
-def test_a_curve_is_named(tmp_path: Path, run: Run) -> None:
+@KINDS
+def test_a_curve_is_named(tmp_path: Path, run: Run, few: tuple[str, ...]) -> None:
     stand = plate_stand(18)
     wrench = stand.wrench.copy()
     wrench[:, 0, 2] += 0.03 * wrench[:, 0, 2] ** 2 / 700.0
     bent = PlateStand(stand.time_s, stand.com_m, wrench, stand.cop_m, stand.offset)
-    found = diagnosed(bent, tmp_path, run)
+    found = diagnosed(bent, tmp_path, run, few)
     assert [(c.effect, c.where) for c in found.causes] == [("nonlinearity", "fp_1.fz")]
 
 
-def test_a_jump_of_an_offset_is_named_though_no_stance_repeats_it(tmp_path: Path, run: Run) -> None:
+@KINDS
+def test_a_jump_of_an_offset_is_named_though_no_stance_repeats_it(
+    tmp_path: Path, run: Run, few: tuple[str, ...]
+) -> None:
     stand = plate_stand(20)
     wrench, when = stand.wrench.copy(), 0.45 * stand.time_s[-1]
     wrench[stand.time_s > when, 0, 2] += 15.0
     jumped = PlateStand(stand.time_s, stand.com_m, wrench, stand.cop_m, stand.offset)
-    (cause,) = diagnosed(jumped, tmp_path, run).causes
+    (cause,) = diagnosed(jumped, tmp_path, run, few).causes
     assert (cause.effect, cause.where) == ("offset_change", "fp_1")
     assert cause.ci95 is not None
     low, high = cause.ci95

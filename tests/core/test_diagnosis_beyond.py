@@ -14,14 +14,15 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.effects import TABLE
+from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.refit import Refit
-from tests.core.test_diagnosis_bridge import ROBOT, Hidden, weights_case, with_rivals
+from tests.core.test_diagnosis_bridge import BENCH, Hidden, weights_case, with_rivals
 from tests.core.test_diagnosis_ways import CELLS, named_both, placed
 
 RULES = Rules()
-EVERYONE = {"all": ROBOT.channels}
+EVERYONE = {"all": BENCH.channels}
 BENT: Hidden = ("nonlinearity", EVERYONE, {"all.quadratic": 1e-3})
 KNEED: Hidden = ("hinge", EVERYONE, {"all.hinge": 0.05, "all.hinge_load": 15.0})
 START = {"all.quadratic": 1e-3, "all.hysteresis_width": 0.05, "all.hysteresis_reach": 4.0}
@@ -52,7 +53,7 @@ def test_what_no_form_copies_asks_for_about_the_same_size(
     assert Beyond(agreement, p).is_no_form(RULES) is no_form
 
 
-@pytest.mark.parametrize("seed", [21, 22])
+@pytest.mark.parametrize("seed", [21, pytest.param(22, marks=pytest.mark.slow)])
 def test_a_loop_beside_a_curve_is_more_than_its_form(seed: int) -> None:
     subject, causes, model = fitted_both(
         weights_case(seed, BENT, LOOPED), "nonlinearity", "hysteresis"
@@ -66,7 +67,7 @@ def test_a_loop_beside_a_curve_is_more_than_its_form(seed: int) -> None:
     assert are_distinct(subject, model, causes, [], RULES, 0)
 
 
-@pytest.mark.parametrize("seed", [23, 24])
+@pytest.mark.parametrize("seed", [23, pytest.param(24, marks=pytest.mark.slow)])
 def test_what_a_loop_takes_of_a_knee_beside_a_parabola_is_the_curves_form(seed: int) -> None:
     subject, causes, model = fitted_both(weights_case(seed, KNEED), "nonlinearity", "hysteresis")
     assert not is_beyond(subject, model, causes, 1, [0], RULES, 0)
@@ -81,8 +82,16 @@ def test_only_kinds_whose_forms_are_all_known_are_asked() -> None:
     assert not is_beyond(subject, model, [warm, causes[1]], 1, [0], RULES, 0)
 
 
-def test_a_small_loop_next_to_a_large_curve_is_named() -> None:
-    found = investigate(weights_case(26, BENT, LOOPED), TABLE, describe)
+@pytest.mark.parametrize(
+    "table",
+    [
+        {name: TABLE[name] for name in ("nonlinearity", "hysteresis", "creep")},
+        pytest.param(TABLE, marks=pytest.mark.slow),
+    ],
+    ids=["few", "all"],
+)
+def test_a_small_loop_next_to_a_large_curve_is_named(table: dict[str, Effect]) -> None:
+    found = investigate(weights_case(26, BENT, LOOPED), table, describe)
     assert {"nonlinearity", "hysteresis"} <= with_rivals(found)
 
 
@@ -92,7 +101,7 @@ BYPASS: Hidden = (
 HEARD: Hidden = ("crosstalk", {"all": CELLS}, {"all.crosstalk": 0.02})
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_what_a_cell_hears_is_no_form_of_a_bypass_and_the_other_way_round(seed: int) -> None:
     subject, path = named_both(placed(seed, BYPASS, HEARD), "load_bypass", "crosstalk")
     assert are_distinct(subject, path.model, path.causes, [(0, 1)], RULES, 0)
@@ -102,7 +111,7 @@ def test_what_a_cell_hears_is_no_form_of_a_bypass_and_the_other_way_round(seed: 
         assert abs(found.agreement - 1.0) < 0.3
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_beside_a_bypass_alone_no_cell_hears_another(seed: int) -> None:
     subject, path = named_both(placed(seed, BYPASS), "load_bypass", "crosstalk")
     assert not are_distinct(subject, path.model, path.causes, [(0, 1)], RULES, 0)

@@ -206,7 +206,8 @@ def test_many_candidates_together_have_a_level_of_their_own() -> None:
 
 @pytest.fixture(scope="module")
 def bent() -> Case:
-    return weights_case(12, ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3}))
+    curve = ("nonlinearity", {"all": ROBOT.channels}, {"all.quadratic": 1e-3})
+    return weights_case(12, curve, robot=ROBOT)
 
 
 @pytest.fixture(scope="module")

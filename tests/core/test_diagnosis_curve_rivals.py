@@ -19,7 +19,7 @@ from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.simulation.bench_logs import WeightsPlan
-from tests.core.test_diagnosis_bridge import ROBOT, weights_case, with_rivals
+from tests.core.test_diagnosis_bridge import BENCH, weights_case, with_rivals
 from tests.core.test_diagnosis_comparison import cause_of
 
 CURVES = {k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone")}
@@ -27,7 +27,7 @@ CURVES = {k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "
 
 def test_a_dead_zone_and_the_hinge_that_equals_it_lose_alike() -> None:
     """One makes the noise of small loads larger, the other makes that of large loads smaller."""
-    hidden = ("hinge", {"all": ROBOT.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
+    hidden = ("hinge", {"all": BENCH.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
     case = weights_case(11, hidden)
     rows = rows_of(case)
     problem = problem_from(case, rows, CURVES.values(), describe)
@@ -48,7 +48,7 @@ def test_a_dead_zone_and_the_hinge_that_equals_it_lose_alike() -> None:
 
 @pytest.mark.slow
 def test_a_broken_line_keeps_its_exact_alias() -> None:
-    broken = ("hinge", {"all": ROBOT.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
+    broken = ("hinge", {"all": BENCH.channels}, {"all.hinge": 0.05, "all.hinge_load": 6.0})
     found = investigate(weights_case(13, broken), CURVES, describe)
     assert with_rivals(found) == {"hinge", "dead_zone"}
 
@@ -68,7 +68,7 @@ def test_pulling_tells_a_hinge_from_a_dead_zone(knee: tuple[str, dict[str, float
     name, values = knee
     pulled = WeightsPlan(loads_n=(-20.0, -10.0, -5.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0))
     found = investigate(
-        weights_case(13, (name, {"all": ROBOT.channels}, values), plan=pulled), CURVES, describe
+        weights_case(13, (name, {"all": BENCH.channels}, values), plan=pulled), CURVES, describe
     )
     assert found.verdict == "named"
     assert with_rivals(found) == {name}
@@ -102,7 +102,7 @@ def ending(seed: int, share: float, width_n: float, *, sharp: bool) -> Case:
     """Cells on which loads push and pull, deaf to small ones up to an edge or without one."""
     plan = WeightsPlan(loads_n=(-20.0, -10.0, -5.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0))
     values = {"all.dead_zone": share, "all.dead_zone_width": width_n}
-    effect = ("dead_zone", {"all": ROBOT.channels}, values) if sharp else None
+    effect = ("dead_zone", {"all": BENCH.channels}, values) if sharp else None
     case = weights_case(seed, effect, plan=plan)
     if sharp:
         return case

@@ -93,7 +93,7 @@ def beside(case: Case, *effects: str) -> bool:
     return of_another_kind(*named_both(case, *effects), RULES, 0)
 
 
-@pytest.mark.parametrize("seed", [2, 5])
+@pytest.mark.parametrize("seed", [2, pytest.param(5, marks=pytest.mark.slow)])
 def test_a_crosstalk_that_the_table_lacks_is_no_place_of_one_cell(seed: int) -> None:
     crosstalk = ("crosstalk", ALIKE, {"all.crosstalk": 0.02})
     moved: Hidden = ("cell_position", {"left_fl": ("left_fl",)},
@@ -103,7 +103,7 @@ def test_a_crosstalk_that_the_table_lacks_is_no_place_of_one_cell(seed: int) -> 
     assert not beside(placed(seed, crosstalk), "crosstalk")
 
 
-@pytest.mark.parametrize("seed", [2, 5])
+@pytest.mark.parametrize("seed", [2, pytest.param(5, marks=pytest.mark.slow)])
 def test_a_bypass_that_the_table_lacks_is_no_crosstalk_and_a_curve(seed: int) -> None:
     bypass: Hidden = ("load_bypass", {"left": ("left",)},
               {"left.load_bypass": 0.08, "left.bypass_load": 15.0})  # fmt: skip
@@ -115,17 +115,17 @@ def test_a_bypass_that_the_table_lacks_is_no_crosstalk_and_a_curve(seed: int) ->
 
 def test_a_weight_that_adds_nothing_beside_a_curve_is_no_wrong_weight() -> None:
     def bent_little(x: FloatArray, _: FloatArray) -> FloatArray:
-        return np.asarray(1.5e-4 * x**2)
+        return np.asarray(2.2e-4 * x**2)
 
     assert taken_for(distorted(3, bent_little), "wrong_weight")
-    assert not taken_for(mislabelled(0.05), "wrong_weight")
+    assert not taken_for(mislabelled(0.07), "wrong_weight")
 
 
 def test_a_step_that_any_matrix_of_the_transducer_explains_is_no_step() -> None:
     def hung(effect: str, by_n: float) -> Case:
         chain, values = distorting(effect, "fl", {"coupling_fx_fy": 0.08})
         logs = hung_logs(4, chain, values)
-        return hang_case(stepped({"fl": logs["fl"]}, "fl", axis=0, share=0.5, step_n=by_n))
+        return hang_case(stepped({"fl": logs["fl"][:2]}, "fl", axis=0, share=0.5, step_n=by_n))
 
     assert taken_for(hung("cross_coupling", 0.0), "offset_change")
     assert not taken_for(hung("", 0.5), "offset_change")

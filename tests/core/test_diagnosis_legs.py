@@ -47,7 +47,8 @@ HUNG = {
     "scale_matrix": ("mr", {"gain_fz": 0.04}),
     "cross_coupling": ("fl", {"coupling_fx_fz": 0.06}),
 }
-FAST = ("robot_weight",)
+FAST = {"robot_weight": 40}
+"""Effect -> poses that show it too."""
 
 
 def checked(found: Investigation, effect: str, size: float) -> None:
@@ -124,11 +125,12 @@ def test_an_effect_does_not_free_what_poses_cannot_calibrate() -> None:
 
 
 @pytest.mark.parametrize(
-    "effect", [e if e in FAST else pytest.param(e, marks=pytest.mark.slow) for e in STOOD]
+    ("effect", "poses"),
+    [*FAST.items(), *(pytest.param(e, 120, marks=pytest.mark.slow) for e in STOOD)],
 )
-def test_what_poses_show_is_found(effect: str) -> None:
+def test_what_poses_show_is_found(effect: str, poses: int) -> None:
     owner, sizes = STOOD[effect]
-    found = investigated(pose_case(21, *distorting(effect, owner, sizes)))
+    found = investigated(pose_case(21, *distorting(effect, owner, sizes), poses=poses))
     checked(found, effect, next(iter(sizes.values())))
     for alike in ({"robot_weight", "leg_weight"}, {"scale_matrix", "case_strain"}):
         # a strained case is even in the load, which lifted legs show; a bridged one is a gain

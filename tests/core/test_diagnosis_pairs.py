@@ -32,7 +32,7 @@ from tests.core.diagnosis_world import (
     problem_of,
     sized,
 )
-from tests.core.test_diagnosis_bridge import ROBOT, names, walk_case, weights_case
+from tests.core.test_diagnosis_bridge import BENCH, ROBOT, names, walk_case, weights_case
 
 RULES = Rules()
 
@@ -95,7 +95,7 @@ def test_pairs_are_the_hidden_ones_and_resemble_each_other_in_one_at_most() -> N
 
 @pytest.mark.parametrize("first", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_whichever_of_two_it_begins_with_both_are_named(first: int) -> None:
-    everyone = {"all": ROBOT.channels}
+    everyone = {"all": BENCH.channels}
     case = weights_case(
         21,
         ("nonlinearity", everyone, {"all.quadratic": 1e-3}),

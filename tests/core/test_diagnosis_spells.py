@@ -89,16 +89,22 @@ def test_a_tugged_cable_is_seen_in_series() -> None:
         assert spell_p(series(noise + sign * 2.0 * tug), signs, None) <= 1e-3
 
 
-def test_neighbouring_placements_are_alike_under_a_tug_and_not_without() -> None:
+@pytest.mark.parametrize("draws", [24, pytest.param(100, marks=pytest.mark.slow)])
+def test_neighbouring_placements_are_alike_under_a_tug_and_not_without(draws: int) -> None:
     rng = np.random.default_rng(3)
     signs = sign_patterns(10)
-    p = [spell_p(placed(rng.standard_normal((PLACEMENTS, 3))), signs, None) for _ in range(100)]
+    p = [spell_p(placed(rng.standard_normal((PLACEMENTS, 3))), signs, None) for _ in range(draws)]
     assert np.mean(np.array(p) < 0.05) < 0.13
     tug = spells(rng, PLACEMENTS)[:, None] * [2.0, 0.5, 0.5]
     assert spell_p(placed(rng.standard_normal((PLACEMENTS, 3)) + tug), signs, None) < 1e-3
 
 
-def test_what_is_fitted_to_placements_does_not_hide_that_neighbours_are_alike() -> None:
+@pytest.mark.parametrize(
+    ("draws", "tugged"), [(24, 6), pytest.param(60, 12, marks=pytest.mark.slow)]
+)
+def test_what_is_fitted_to_placements_does_not_hide_that_neighbours_are_alike(
+    draws: int, tugged: int
+) -> None:
     """Offsets of every round and of each place of many make neighbours unlike, whatever is off."""
     rng = np.random.default_rng(5)
     signs = sign_patterns(10)
@@ -108,11 +114,11 @@ def test_what_is_fitted_to_placements_does_not_hide_that_neighbours_are_alike() 
     def p_of(error: FloatArray) -> float:
         return spell_p(replace(placed(error), calibration=known), signs, None)
 
-    noise = [rng.standard_normal((PLACEMENTS, 3)) for _ in range(60)]
+    noise = [rng.standard_normal((PLACEMENTS, 3)) for _ in range(draws)]
     p = np.array([p_of(error) for error in noise])
     assert np.mean(p < 0.05) < 0.13
     assert np.mean(p < 0.5) > 0.35
-    tugs = [spells(rng, PLACEMENTS)[:, None] * [3.0, 1.0, 1.0] for _ in range(12)]
+    tugs = [spells(rng, PLACEMENTS)[:, None] * [3.0, 1.0, 1.0] for _ in range(tugged)]
     seen = [p_of(error + tug) < 2e-3 for error, tug in zip(noise, tugs, strict=False)]
     assert np.mean(seen) > 0.7
 

@@ -28,10 +28,11 @@ def pushed(rng: np.random.Generator) -> FloatArray:
     return np.asarray(pull - pull.mean(axis=1, keepdims=True))
 
 
+@pytest.mark.parametrize("draws", [10, pytest.param(25, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("family", DECAYS)
-def test_noise_keeps_the_bound(family: str) -> None:
+def test_noise_keeps_the_bound(family: str, draws: int) -> None:
     rng = np.random.default_rng(1)
-    p = np.array([switching_p(list(noise(rng, DECAYS[family]))) for _ in range(25)])
+    p = np.array([switching_p(list(noise(rng, DECAYS[family]))) for _ in range(draws)])
     assert np.all(p > 0.05)  # P(p < α) ≤ α
 
 

@@ -316,15 +316,25 @@ def test_an_effect_that_one_cell_has_already_is_sought_in_its_group_and_in_the_o
     )
 
 
-def test_a_dead_zone_that_is_undone_is_not_blamed_for_the_noise_of_small_loads() -> None:
+@pytest.mark.parametrize(
+    ("table", "duration_s"),
+    [
+        ({k: TABLE[k] for k in ("nonlinearity", "nonlinearity_cubic", "hinge", "dead_zone")}, 30.0),
+        pytest.param(TABLE, 60.0, marks=pytest.mark.slow),
+    ],
+    ids=["curves", "all"],
+)
+def test_a_dead_zone_that_is_undone_is_not_blamed_for_the_noise_of_small_loads(
+    table: dict[str, Effect], duration_s: float
+) -> None:
     cell = ROBOT.channels[0]
     sizes = {f"{cell}.dead_zone": 0.4, f"{cell}.dead_zone_width": 5.0}
-    case = walk_case(3, ("dead_zone", {cell: (cell,)}, sizes))
+    case = walk_case(3, ("dead_zone", {cell: (cell,)}, sizes), duration_s=duration_s)
     log, rng = case.logs[0], np.random.default_rng(3)
     noise = lfilter([np.sqrt(1.0 - 0.95**2)], [1.0, -0.95], rng.normal(size=log.readings.shape), 0)
     scale = np.array([case.values[f"{c}.scale"] for c in ROBOT.channels])
     loud = replace(log, readings=log.readings + 0.15 * noise / scale)
-    found = investigate(replace(case, logs=(loud,)), TABLE, describe)
+    found = investigate(replace(case, logs=(loud,)), table, describe)
     (named,) = found.found
     assert found.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS)
     assert named.owner == cell

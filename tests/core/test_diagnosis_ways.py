@@ -86,11 +86,16 @@ def test_two_patterns_of_a_mixture_are_one_cause_and_neither_is_certain() -> Non
     assert one.removed >= 0.9 * path.removed  # both patterns are in the model still
 
 
-def test_two_patterns_that_leave_nothing_to_other_mixtures_stay_two() -> None:
+@pytest.mark.parametrize(
+    ("seeds", "least"), [((6, 14), 2), pytest.param((6, 12, 14), 2, marks=pytest.mark.slow)]
+)
+def test_two_patterns_that_leave_nothing_to_other_mixtures_stay_two(
+    seeds: tuple[int, ...], least: int
+) -> None:
     """A cell elsewhere and one that hears another, but for chance (`Rules.alpha_form`)."""
     hears, moved = CELLS[0], CELLS[2]
     stays = 0
-    for seed in (6, 12, 14):
+    for seed in seeds:
         case = placed(
             seed,
             ("cell_position", {moved: (moved,)},
@@ -102,7 +107,7 @@ def test_two_patterns_that_leave_nothing_to_other_mixtures_stay_two() -> None:
         assert [cause.signature.where for cause in path.causes] == [moved, hears]
         both = replace(path, pair=True)
         stays += as_one_mixture(subject, both, 0) is both
-    assert stays >= 2
+    assert stays >= least
 
 
 def test_each_cell_elsewhere_is_no_pair_of_patterns() -> None:

@@ -26,11 +26,11 @@ LEGS = tuple(dict.fromkeys(c.split(".")[0] for c in ROBOT.channels))
 HUNG = {leg: np.diag([1e-4] * 3 + [1e-7] * 3) for leg in LEGS}
 
 
-def posed(coupling: float, zero_n: float) -> Case:
+def posed(coupling: float, zero_n: float, poses: int = 60) -> Case:
     """Poses on a leg whose z force shows in x, and whose zero along x has moved; offsets known."""
     chain, values = distorting("cross_coupling", LEG, {"coupling_fx_fz": coupling})
     values[f"{LEG}.offset_fx"] += zero_n
-    return with_known_offsets(pose_case(5, chain, values), HUNG)
+    return with_known_offsets(pose_case(5, chain, values, poses=poses), HUNG)
 
 
 def cause_of(effect: str, *owners: str) -> Cause:
@@ -77,11 +77,11 @@ def test_only_what_explains_something_beside_a_free_zero_comes_with_it(
         assert best[1].value == pytest.approx(coupling, rel=0.2)
 
 
-def pulled(pull_n: float, mean_n: float) -> Case:
+def pulled(pull_n: float, mean_n: float, poses: int = 60) -> Case:
     """Poses on a leg that a cable pulls up as its shaft turns; offsets known as it hung free."""
     sizes = {"cable_fz_sin": pull_n, "cable_fz_mean": mean_n}
     chain, values = distorting("cable_drag", LEG, sizes)
-    return with_known_offsets(pose_case(6, chain, values), HUNG)
+    return with_known_offsets(pose_case(6, chain, values, poses=poses), HUNG)
 
 
 @pytest.mark.parametrize(("pull_n", "mean_n"), [(0.8, -1.2), (0.0, -1.2)])
@@ -102,7 +102,7 @@ def test_a_pull_is_sought_next_to_its_own_constant_part(pull_n: float, mean_n: f
 
 @pytest.mark.slow
 def test_a_pull_with_a_constant_part_is_one_cause() -> None:
-    found = investigated(pulled(0.8, -1.2))
+    found = investigated(pulled(0.8, -1.2, poses=120))
     (named,) = found.found
     assert found.verdict is Verdict.NAMED
     assert named.cause.signature.effect == "cable_drag"
@@ -116,7 +116,7 @@ def test_a_pull_with_a_constant_part_is_one_cause() -> None:
 def test_a_coupling_that_moves_its_zero_is_one_cause_and_a_zero_that_moves_is_another(
     coupling: float, zero_n: float
 ) -> None:
-    found = investigated(posed(coupling, zero_n))
+    found = investigated(posed(coupling, zero_n, poses=120))
     (named,) = found.found
     assert found.verdict in (Verdict.NAMED, Verdict.AMBIGUOUS)
     said = {named.cause.signature.effect, *(rival.effect for rival in named.cause.rivals)}

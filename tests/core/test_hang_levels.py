@@ -47,7 +47,10 @@ def offsets_off(seed: int, memory_s: float, hold_s: float) -> FloatArray:
     return np.asarray((found.values[at] - offset) / found.sd[at])
 
 
-@pytest.mark.parametrize(("memory_s", "hold_s"), [(5.0, 6.0), (20.0, 6.0), (1.0, 4.0)])
+@pytest.mark.parametrize(
+    ("memory_s", "hold_s"),
+    [pytest.param(5.0, 6.0, marks=pytest.mark.slow), (20.0, 6.0), (1.0, 4.0)],
+)
 def test_offsets_err_as_stated_where_noise_lasts_from_hold_to_hold(
     memory_s: float, hold_s: float
 ) -> None:

@@ -24,9 +24,11 @@ MOUNTING = 0.01
 LEFT = tuple(c for c in ROBOT.channels if c.startswith("left"))
 
 
-def walked(seed: int, gains: dict[str, float], hidden: Hidden | None = None) -> Case:
+def walked(
+    seed: int, gains: dict[str, float], hidden: Hidden | None = None, duration_s: float = 60.0
+) -> Case:
     """A walk of calibrated cells, some of which read so many times what they did."""
-    case = walk_case(seed, hidden)
+    case = walk_case(seed, hidden, duration_s=duration_s)
     (log,) = case.logs
     scale = np.array([case.values[f"{c}.scale"] for c in ROBOT.channels])
     zero = np.array([case.values[f"{c}.bias"] for c in ROBOT.channels])
@@ -94,7 +96,7 @@ def test_a_crosstalk_is_no_gain_of_the_neighbour() -> None:
     """What a cell has from its neighbour alone is nearly a gain of that neighbour."""
     cell = ROBOT.channels[0]
     shown = {f"{cell}.crosstalk": 0.12, f"{cell}.crosstalk_from": 1.0}
-    case = walked(1, {}, ("crosstalk", {cell: (cell,)}, shown))
+    case = walked(1, {}, ("crosstalk", {cell: (cell,)}, shown), duration_s=30.0)
     before = investigate(case, {}, describe)
 
     def named(*kinds: Trait) -> set[str]:

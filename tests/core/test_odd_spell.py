@@ -52,7 +52,9 @@ def dead_in_one_step(seed: int) -> tuple[Case, float, float]:
     return changed(case, rows, dead), at - 0.3, at + 0.3
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)]
+)
 def test_a_cell_that_dies_in_one_step_is_found_with_its_time(seed: int) -> None:
     case, start_s, end_s = dead_in_one_step(seed)
     found = looked_at(case)
@@ -65,7 +67,9 @@ def test_a_cell_that_dies_in_one_step_is_found_with_its_time(seed: int) -> None:
     assert investigate(case, TABLE, describe).verdict == "bad-data"
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    "seed", [1, 2, pytest.param(3, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)]
+)
 def test_a_walk_like_others_has_no_odd_spell(seed: int) -> None:
     assert looked_at(walk_case(seed, None)) is None
     hidden = ("hysteresis", {"all": ROBOT.channels}, {"all.hysteresis_width": 1.5})

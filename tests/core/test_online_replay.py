@@ -93,9 +93,12 @@ def test_delay_offset_and_their_sd_are_what_was_put_in(real: list[Case]) -> None
             assert track.sd[-1, i] < 0.002
 
 
-def test_innovations_and_intervals_are_consistent(real: list[Case]) -> None:
+@pytest.mark.parametrize("more", [(), pytest.param(((3, 0.02), (4, 0.1)), marks=pytest.mark.slow)])
+def test_innovations_and_intervals_are_consistent(
+    real: list[Case], more: tuple[tuple[int, float], ...]
+) -> None:
     inside = []
-    for case in (*real, Case(REAL, 3, 0.02), Case(REAL, 4, 0.1)):
+    for case in (*real, *(Case(REAL, seed, speed) for seed, speed in more)):
         consistency = check_consistency(case.memory.track)
         assert consistency.ratio == pytest.approx(1.0, abs=0.12)
         assert consistency.inside > 0.9
@@ -223,7 +226,7 @@ def test_sensitivity_is_one_pass_and_its_middle_is_the_run_itself(real: list[Cas
 @pytest.mark.parametrize("share", [pytest.param(0.3, marks=pytest.mark.slow), -0.2])
 def test_without_angular_momentum_the_share_of_the_motion_is_found(share: float) -> None:
     """Exact by Newton and Euler: no L̇, and a reported c̈ of 1 / (1 + s), is L̇ of s m cᶻ c̈."""
-    motion = make_walk(0.04, 60.0, 3, swing=0.0)
+    motion = make_walk(0.04, 32.0, 3, swing=0.0)
     rec = record(motion, Errors(acc_noise=0.02), 3)
     level = rec.acc.copy()
     level[:, :2] /= 1.0 + share

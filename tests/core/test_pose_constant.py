@@ -54,7 +54,7 @@ def studied(one: Case, weight_n: float) -> MountingStudy:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("seed", "poses"), [(5, 30), (6, 60)])
+@pytest.mark.parametrize(("seed", "poses"), [(5, 30), pytest.param(6, 60, marks=pytest.mark.slow)])
 def test_a_wrong_mass_is_refuted_and_blames_no_leg(seed: int, poses: int) -> None:
     one, factor = case(seed, poses=poses), float(np.random.default_rng(seed).choice([0.96, 1.05]))
     true_n = one.data.robot_weight_n

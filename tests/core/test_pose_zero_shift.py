@@ -55,7 +55,7 @@ def test_an_offset_that_moved_is_named_with_its_leg(seed: int) -> None:
     size = float(rng.choice([-1.0, 1.0]) * rng.uniform(8.0, 15.0) * MATTERS_N)
     moved = 0.3 * usual(rng)
     moved[leg, axis] += size
-    found = investigated(stood(seed, moved))
+    found = investigated(stood(seed, moved, poses=40))
     assert found.verdict is Verdict.NAMED
     cause = found.found[0].cause
     assert cause.signature.effect == "zero_shift"
@@ -84,7 +84,7 @@ def test_a_cable_that_pulls_steadily_too_is_one_cause(seed: int) -> None:
     """Since the legs hung it pulls at one of them: an even pull is no offset of its own."""
     pull = {"cable_fx_cos": 0.4, "cable_fz_sin": -0.5, "cable_fz_mean": 0.7}
     moved = 0.3 * usual(np.random.default_rng([64, seed]))
-    found = investigated(standing(seed, *distorting("cable_drag", "mr", pull), moved))
+    found = investigated(standing(seed, *distorting("cable_drag", "mr", pull), moved, poses=40))
     assert found.verdict is Verdict.NAMED
     (cable,) = found.found
     assert (cable.cause.signature.effect, cable.cause.signature.where) == ("cable_drag", "mr")

@@ -88,7 +88,7 @@ def test_errors_are_as_large_as_their_sd_over_twenty_walks() -> None:
 
 
 def test_a_delay_of_the_body_stream_is_found_with_its_sd() -> None:
-    made = walk(31, delay={"robot.delay": 0.03})
+    made = walk(31, 16.0, delay={"robot.delay": 0.03})
     found = made.replayed()
     assert found.delay_s == pytest.approx(0.03, abs=0.001)
     assert found.delay_sd_s < 0.001
@@ -119,7 +119,7 @@ def test_a_jump_of_an_offset_is_alarmed_with_foot_axis_time_and_size() -> None:
 
 
 def test_mass_that_the_model_lacks_is_found_beside_the_offsets() -> None:
-    made = walk(33, mass={"robot.mass_correction": 6.9})
+    made = walk(33, 16.0, mass={"robot.mass_correction": 6.9})
     found = made.replayed()
     assert found.estimates["robot.mass_correction"] == pytest.approx(6.9, abs=0.15)
     assert np.abs(made.scores(found)[:12]).max() < 4.0

@@ -100,12 +100,15 @@ def test_errors_have_the_size_that_the_covariance_says() -> None:
     assert 0.8 < np.mean(squared) < 1.2
 
 
+@pytest.mark.parametrize("seeds", [20, pytest.param(40, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("ahead", [False, True])
-def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(ahead: bool) -> None:
+def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(
+    ahead: bool, seeds: int
+) -> None:
     """Its errors do not average out: stated as if they did, sd are several times too small."""
     squared: list[float] = []
     alone: list[float] = []
-    for seed in range(40):
+    for seed in range(seeds):
         made = make_standing(12, seed, replace=True, com_sd=0.0)
         log, belief = stand_log(made), belief_of(made)
         off = np.random.default_rng(900 + seed).normal(0.0, 2e-3, 2) * [1.0, float(not ahead)]
@@ -120,7 +123,7 @@ def test_a_com_that_all_stances_have_in_a_wrong_place_is_in_the_intervals(ahead:
             fit = fit_static(rows, belief)
             error = np.concatenate([fit.gain - made.true_gain, fit.bias_n - made.true_bias])
             found.append(float(error @ np.linalg.solve(fit.covariance, error)) / 16)
-    assert 0.8 < np.mean(squared) < 1.2  # chi-squared of 16 over 16, 40 seeds: 1 ± 0.056 (1 sd)
+    assert 0.8 < np.mean(squared) < 1.2  # chi-squared of 16 over 16, 20 seeds: 1 ± 0.079 (1 sd)
     assert np.mean(alone) > 5.0
 
 
@@ -292,7 +295,7 @@ def test_held_out_stances_are_predicted_better_than_by_the_prior() -> None:
     np.testing.assert_allclose(found["before", False].cop_m, mean, atol=1.5e-4)
 
 
-@pytest.mark.parametrize("seeds", [8, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [4, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("replace", "ranks"), [(False, [3, 6, 11, 11]), (True, [3, 6, 14, 14])])
 def test_more_stances_never_harm_the_next_one_and_least_squares_does(
     replace: bool, ranks: list[int], seeds: int
