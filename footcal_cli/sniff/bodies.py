@@ -19,7 +19,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
-from footcal_cli.sniff.body_columns import foot_names, in_millimetres, of_the_com, of_the_feet
+from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
 from footcal_cli.sniff.foot_angles import angle_unit
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, seconds_of
@@ -32,6 +32,7 @@ from footcal_cli.sniff.triples import (
     Axes,
     angles,
     axes_of,
+    by_pieces,
     quaternions,
     rotations,
 )
@@ -49,8 +50,9 @@ _FOLLOWS, _FREE_MPS2, _SAME_STEPS = 0.9, 2.0, 0.9
 _CENTRED = 0.5
 _CLEARLY, _PIECES = 0.7, 20
 """What of a heading in degrees is across the feet, of what is in radians: straight on, both are."""
-_ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "g0": 1 / 9.80665}
-_SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2}
+_ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "in/s^2": 1 / 0.0254,
+                  "ft/s^2": 1 / 0.3048, "g0": 1 / 9.80665}  # fmt: skip
+_SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2, "in/s": 1 / 0.0254, "ft/s": 1 / 0.3048}
 _MOMENTS = ("Nm", "N*m", "N*mm")
 _SPOKEN = ("ldot", "hdot", "angmom", "momentum", "drall", "drehimpuls", "undouryou", "amrate",
            "angular", "dh", "dl")  # fmt: skip
@@ -115,8 +117,8 @@ def body_of(file: FileGuess) -> BodyLog | None:
     if com is None:
         return None
     others = [m for m in moving if m is not com and m not in feet]
-    in_mm = in_millimetres(com.values)
-    in_metres = _times(com, 1e-3) if in_mm else com
+    length = length_unit(com.values[:, 2])
+    in_metres = _times(com, metres_per(length))
     roles = {"com": com, **_derivatives(in_metres, others)}
     used = {c.column for m in roles.values() for c in m.axes.columns.values()}
     spare = [m for m in others if m.axes.columns["x"].column not in used]
@@ -134,8 +136,8 @@ def body_of(file: FileGuess) -> BodyLog | None:
         heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
         heading = np.interp(at, seconds, heading)
     names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
-    columns = of_the_com({role: m.axes for role, m in roles.items()}, in_mm=in_mm)
-    columns |= of_the_feet([f.axes for f in feet], names, frames, read, in_mm=in_mm)
+    columns = of_the_com({role: m.axes for role, m in roles.items()}, length=length)
+    columns |= of_the_feet([f.axes for f in feet], names, frames, read, length=length)
     left = {c.column for m in others for c in m.axes.columns.values()}
     left |= {c.column for axes in turned for c in axes.columns.values()}
     left -= {c.column for c in file.of("force")}
@@ -303,4 +305,4 @@ def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
         own = [axes for n, axes in shared if n == most]
         if most > alike or (most and len(feet) == 1):
             found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
-    return found
+    return found or by_pieces([f.axes for f in feet], turned)

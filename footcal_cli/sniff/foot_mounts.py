@@ -4,12 +4,15 @@ Room: sniff; asked by six_axis.
 
 Of the 24 rotations along axes those are left in which the forces of all feet together point up;
 which way they point forward is that in which what they change by horizontally follows the
-acceleration of the centre of mass, :math:`\sum_k Q_k R f_k = m (\ddot c - g)`.
+acceleration of the centre of mass, :math:`\sum_k Q_k R f_k = m (\ddot c - g)`. Where the logged
+vertical forces are negative, the transducers hang upside down (Rx(pi)) or read what pushes on the
+ground: both signs of the forces are tried.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,10 +33,41 @@ _LEAST, _CLEARLY = 0.1, 0.05
 _ROWS = 50
 
 
+@dataclass(frozen=True)
+class Mount:
+    """How transducers at feet are turned.
+
+    Parameters
+    ----------
+    rotation
+        From each transducer to its foot's frame, shape (3, 3).
+    sign
+        −1 where they read what pushes on the ground.
+    """
+
+    rotation: FloatArray
+    sign: float = 1.0
+
+    @property
+    def line(self) -> str:
+        """The line of ``[robot.feet…]`` for a mounting that is not straight; else empty."""
+        if np.allclose(self.rotation, np.eye(3)):
+            return ""
+        angles = [round(float(a), 6) + 0.0 for a in rpy_of_rotation(self.rotation)]
+        rpy = ", ".join(f"{angle:.10g}" for angle in angles)
+        why = "likely: so the forces point up and follow the CoM's acceleration"
+        return f"transducer_rotation_rpy_rad = [{rpy}]    # {why}"
+
+
+def point_down(feet: Mapping[str, Mapping[str, ColumnGuess]]) -> bool:
+    """Whether logged vertical forces are negative: upside down, or what pushes on the ground."""
+    return sum(float(np.nanmean(numbers_of(axes["fz"]))) for axes in feet.values()) < 0
+
+
 def foot_mount(
     feet: Mapping[str, Mapping[str, ColumnGuess]], body: Mapping[str, Entry]
-) -> FloatArray | None:
-    """Rotation (3, 3) from each transducer to its foot's frame; None where the log does not say.
+) -> Mount | None:
+    """How the transducers at all feet are turned; None where the log does not say.
 
     Parameters
     ----------
@@ -57,9 +91,13 @@ def foot_mount(
     if good.sum() < _ROWS:
         return None
     wanted = acceleration[good, :2] - acceleration[good, :2].mean(axis=0)
-    found: list[tuple[float, FloatArray]] = []
-    for mount in axis_rotations():
-        parts = [np.einsum("nij,jk,nk->ni", rotation[k][good], mount, force[k][good]) for k in feet]
+    found: list[tuple[float, Mount]] = []
+    signs = (1.0, -1.0) if point_down(feet) else (1.0,)
+    for mount in [Mount(one, sign) for one in axis_rotations() for sign in signs]:
+        signed = mount.sign * mount.rotation
+        parts = [
+            np.einsum("nij,jk,nk->ni", rotation[k][good], signed, force[k][good]) for k in feet
+        ]
         whole = np.sum(parts, axis=0)
         mean = whole.mean(axis=0)
         if mean[2] < _UP * np.linalg.norm(mean):
@@ -73,18 +111,6 @@ def foot_mount(
     if len(found) > 1 and found[0][0] - found[1][0] < _CLEARLY:
         return None
     return found[0][1]
-
-
-def mounted(feet: Mapping[str, Mapping[str, ColumnGuess]], body: Mapping[str, Entry]) -> str:
-    """The line of ``[robot.feet…]`` for a mounting that is not straight; empty without one."""
-    mount = foot_mount(feet, body)
-    if mount is None or np.allclose(mount, np.eye(3)):
-        return ""
-    angles = ", ".join(f"{round(float(a), 6) + 0.0:.10g}" for a in rpy_of_rotation(mount))
-    return (
-        f"transducer_rotation_rpy_rad = [{angles}]    # likely: so the forces point up and follow "
-        "the CoM's acceleration"
-    )
 
 
 def _turned(body: Mapping[str, Entry], foot: str) -> FloatArray | None:

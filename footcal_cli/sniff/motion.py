@@ -15,6 +15,7 @@ import numpy as np
 from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import rotations_logged
+from footcal_cli.sniff.body_columns import length_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
@@ -24,8 +25,6 @@ from footcal_cli.tables.world import TO_Z_UP
 _STEP_M, _AWAY, _AWAY_M = 0.03, 0.7, 0.5
 """A foot that stands moves by less, as far as an estimator's drift goes; a CoM above such feet by
 less than a share of its height, or where that is not known than half a metre."""
-_HIGHEST_M, _HIGHEST_CM = 5.0, 150.0
-"""Higher no CoM lies above the ground on which feet stand, in m and in cm."""
 _JUMP_M, _STANCE_ROWS = 0.005, 20
 """From one stance to the next a foot is this far away at once, and stays for so many rows."""
 _LENGTH = re.compile(r"(?i)\blength\W{0,3}units?\W+([a-z]+)")
@@ -77,8 +76,8 @@ def _by_its_size(file: FileGuess) -> str | None:
     """The unit of places without one by the height of the CoM: 404 is mm, 40 is cm, 0.4 is m."""
     for column in file.of("com"):
         if column.name.axis == "z" and column.unit is None and column.values is not None:
-            height = float(np.nanmedian(np.abs(column.values)))
-            return "mm" if height > _HIGHEST_CM else "cm" if height > _HIGHEST_M else None
+            unit = length_unit(column.values)
+            return unit if unit != "m" else None
     return None
 
 

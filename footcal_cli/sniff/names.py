@@ -114,6 +114,7 @@ NOISE = {
     "loadcells", "pied", "fuß", "fuss",
 }  # fmt: skip
 _ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *ENDS}
+_FEET = {"lf": "left", "rf": "right"}
 _INNER = re.compile(
     r"(heel|toe|ball|talon|ferse|front|rear|back)[\W_]*"
     r"(inn?er|in|innen|int|out|outer|ext|außen)(?![A-Za-z])", re.IGNORECASE,
@@ -257,11 +258,15 @@ def _address(words: list[str]) -> tuple[str, str, list[str]]:
         if word in ITALIAN and not side and OF_A_LEG & set(words):
             side, i = ITALIAN[word], i + 1
             continue
+        if word in _ZONES and following in SIDES and side and not place:
+            # behind the foot's side the place's own: LF_ToeLeft
+            place, i = f"{word}_{SIDES[following]}", i + 2
+            continue
         if word in PLACES and not place:
             # lf before another place is the left foot
-            later = any(w in PLACES or w in ENDS for w in words[i + 1 :])
-            if later and word in ("lf", "rf") and not side:
-                side = {"lf": "left", "rf": "right"}[word]
+            later = any(w in PLACES or w in _ZONES for w in words[i + 1 :])
+            if later and word in _FEET and not side:
+                side = _FEET[word]
             else:
                 place = PLACES[word]
         elif word in SIDES and not side:

@@ -9,20 +9,21 @@ from footcal_cli.sniff.bench_cells import cells_of, column_of, in_one_unit, name
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
+from footcal_cli.sniff.foot_mounts import Mount
 from footcal_cli.sniff.foot_poses import with_foot_poses
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.plan import Entry, LogPlan
-from footcal_cli.sniff.six_axis_feet import MOTION
+from footcal_cli.sniff.six_axis_feet import MOTION, as_mounted
 from footcal_cli.sniff.still_feet import on_still_feet
 from footcal_cli.sniff.units import VOLTAGES
 from footcal_cli.sniff.which_cell import named_alike
 
 
 def with_body(
-    plan: LogPlan, body: FileGuess, at_rows: Mapping[str, Entry] | None = None, mounting: str = "",
-    beside: tuple[Beside, ...] = (),
+    plan: LogPlan, body: FileGuess, at_rows: Mapping[str, Entry] | None = None,
+    mount: Mount | None = None, beside: tuple[Beside, ...] = (),
 ) -> list[Part]:  # fmt: skip
     """Sensors and the robot's own stream, which may say how the sensors are turned.
 
@@ -31,7 +32,7 @@ def with_body(
     at_rows
         The stream at the rows of the sensors.
     """
-    plan = plan.moving or plan
+    plan = as_mounted(plan.moving or plan, mount)
     feet = plan.feet or tuple(dict.fromkeys(c.partition("_")[0] for c in plan.channels))
     still = on_still_feet(body_entries(body), feet, plan.entries, at_rows or {})
     entries = still.entries
@@ -45,9 +46,7 @@ def with_body(
     )  # fmt: skip
     blanks = (*(blank for blank in plan.blanks if blank != MOTION), *still.blanks)
     kind = f"{plan.kind}; with a body stream"
-    sensors = replace(
-        plan, command=command, kind=kind, blanks=blanks, mounting=mounting or plan.mounting
-    )
+    sensors = replace(plan, command=command, kind=kind, blanks=blanks)
     return [
         Part(sensors, (plan.file.path,), escaped(plan.file.path.name), beside),
         Part(other, (body.path,), escaped(body.path.name)),

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 
 import numpy as np
 
@@ -20,7 +21,11 @@ _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
 _NUMBER = re.compile(r"([0-3])(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
 _TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
+_PART = re.compile(r"(?<![^\W_])[^\W\d_]{2,5}(?![^\W_])")
+"""A word between signs that may be short for another."""
 _UNIT_NORM = 0.02
+_PIECE = 2
+"""So many letters two names share by chance."""
 ROLL_PITCH_YAW = ("roll", "pitch", "yaw")
 
 
@@ -101,6 +106,8 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
         for word in _ANGLE.finditer(column.column):
             key = column.column[: word.start()], column.column[word.end() :]
             found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
+    for key, own in _shortened(columns).items():
+        found.setdefault(key, own)
     made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
     names = {column.column for column in columns}
     for axes in axes_of(columns):
@@ -115,11 +122,43 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
     return made
 
 
+def _shortened(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
+    """Three angles of one frame by the beginnings of their words: ``pe_rol pe_arf pe_gui``."""
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        for part in _PART.finditer(column.column):
+            axes = {a for word, a in ANGLES.items() if word.startswith(part[0].lower())}
+            if len(axes) == 1:
+                key = column.column[: part.start()], column.column[part.end() :]
+                found.setdefault(key, {}).setdefault(axes.pop(), column)
+    return {key: own for key, own in found.items() if own.keys() == {*ROLL_PITCH_YAW}}
+
+
 def _at_most_a_turn(axes: Axes) -> bool:
     """Whether three numbers are no more than a turn, in rad by their unit, else in degrees."""
     unit = axes.columns["x"].unit
     most = float(np.nanmax(np.abs(axes.values("xyz")), initial=0.0))
     return unit in (None, "rad", "deg") and most <= (2.0 * np.pi if unit == "rad" else 360.0)
+
+
+def by_pieces(places: Sequence[Axes], turned: Sequence[Axes]) -> dict[int, Axes]:
+    """Place -> its orientation by the longest piece of their names, ``p_WLSole`` and ``q_WLSole``.
+
+    It is longer than what the orientation shares with any other place. Empty if one has none.
+    """
+    found: dict[int, tuple[int, Axes]] = {}
+    for axes in turned:
+        pieces = [_shared(axes, place) for place in places]
+        i = int(np.argmax(pieces))
+        if pieces[i] > max(_PIECE, found.get(i, (0, axes))[0]) and pieces.count(pieces[i]) == 1:
+            found[i] = pieces[i], axes
+    return {i: axes for i, (_, axes) in found.items()} if len(found) == len(places) else {}
+
+
+def _shared(one: Axes, other: Axes) -> int:
+    """Letters of the longest piece of both names."""
+    a, b = (f"{axes.before}*{axes.after}".lower() for axes in (one, other))
+    return SequenceMatcher(None, a, b, autojunk=False).find_longest_match().size
 
 
 def rotations(axes: Axes, unit: str = "rad") -> FloatArray:
