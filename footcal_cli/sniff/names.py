@@ -23,6 +23,7 @@ from footcal_cli.sniff.vocabulary import (
     EAST_ASIAN,
     ENDS,
     ITALIAN,
+    NOT_OF_CELLS,
     OF_A_LEG,
     PLACES,
     SAID_OTHERWISE,
@@ -86,11 +87,6 @@ _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("temp", "temperature"), ("temperatur", "temperature"), ("temperature", "temperature"),
 )  # fmt: skip
 """How compound words end that say what a column is: ``Prüfgewicht``."""
-_NOT_OF_CELLS = {
-    "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
-    "velocity", "emg", "ecg", "acceleration", "speed", "distance", "extension", "elongation",
-    "covariance", "cov",
-}  # fmt: skip
 _NO_FORCE = {"com", "acc", "gyro", "imu", "position", "pos", "pose", "translation"}
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
@@ -352,7 +348,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         stem.lower() in ("x", "y") and unit in (*LENGTHS, None)
     ):
         return "hole", place, {place}
-    if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
+    if set(words) & NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)
 
