@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from footcal_cli.sniff.bench_cells import cells_of, column_of, in_one_unit, named_as
+from footcal_cli.sniff.bench_cells import cells_of, column_of, in_a_row, in_one_unit, named_as
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
@@ -49,8 +49,13 @@ def with_body(
     sensors = replace(plan, command=command, kind=kind, blanks=blanks)
     return [
         Part(sensors, (plan.file.path,), escaped(plan.file.path.name), beside),
-        Part(other, (body.path,), escaped(body.path.name)),
+        Part(other, (body.path,), escaped(body.path.name), _joined(body)),
     ]
+
+
+def _joined(body: FileGuess) -> tuple[Beside, ...]:
+    why = "the body's stream goes on there"
+    return tuple(Beside(file, "time", why=why) for file in body.joined)
 
 
 def with_bodies(
@@ -90,9 +95,9 @@ def with_one_name(
                     columns.setdefault(entry.column.column, entry.column)
     streamed = {name: column for part in parts for name, column in cells_of(part.plan).items()}
     renamed = [
-        replace(p, plan=_renamed(
+        replace(p, plan=_ordered(_renamed(
             p.plan, named_as(p.plan, streamed) or cells, [*columns.values()]
-        )) for p in parts
+        ), streamed)) for p in parts
     ]  # fmt: skip
     renamed = in_one_unit(renamed)
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
@@ -100,6 +105,16 @@ def with_one_name(
     return [
         replace(p, plan=_in_voltage(_weighed(p.plan, weighed), voltage)) for p in renamed
     ], list(others)
+
+
+def _ordered(plan: LogPlan, streamed: Mapping[str, ColumnGuess]) -> LogPlan:
+    """A plan for weights on cells that a stream numbers; as it is where names are one already."""
+    row = in_a_row(plan, streamed)
+    if plan.role != "weights" or {*plan.channels} & {*streamed} or not row:
+        return plan
+    pairs = ", ".join(f"{a} is {streamed[b].column}" for a, b in list(row.items())[:2])
+    said = f"cells are taken in their order on each foot: {pairs} …"
+    return replace(_renamed(plan, row, []), warnings=(*plan.warnings, said))
 
 
 def _voltage(parts: Sequence[Part]) -> str | None:

@@ -22,6 +22,7 @@ from footcal_cli.sniff.groups import bracketed_end, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.split_bodies import joined_body
 from footcal_cli.sniff.stands import standing
 from footcal_cli.sniff.units import split_unit
 
@@ -38,6 +39,8 @@ _PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
 def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
     bodies = [body_of(file) for file in files]
+    if not any(bodies) and len(joined := joined_body(files)) < len(files):
+        files, bodies = joined, [body_of(file) for file in joined]
     files = [
         standing(file) if body is None else body.file
         for file, body in zip(files, bodies, strict=True)

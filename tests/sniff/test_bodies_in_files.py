@@ -1,0 +1,91 @@
+"""Walks as recorders write them: a file for each topic, cells in arrays, one bench for all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.recipe_text import recipe_text
+from footcal_cli.sniff.several import parts_of
+from tests.sniff.test_walks import Walk, _columns, _parts, _xyz
+
+
+def _topic(path: Path, at_s: FloatArray, columns: dict[str, FloatArray], texts: str = "") -> Path:
+    """A message in each row, stamps from 1970 in seconds and nanoseconds."""
+    at_ns = np.round((1760004321.0 + at_s) * 1e3).astype(np.int64) * 1_000_000
+    stamps = {"header.stamp.sec": at_ns // 10**9, "header.stamp.nanosec": at_ns % 10**9}
+    frame = {"header.frame_id": texts} if texts else {}
+    pd.DataFrame({**stamps, **frame, **columns}).round(6).to_csv(path, index=False)
+    return path
+
+
+def _topics(folder: Path, walk: Walk, state: str, pose: str, cells: str) -> list[Path]:
+    com = _xyz("com.position.", walk.com) | _xyz("com.velocity.", walk.vel)
+    com |= _xyz("com.acceleration.", walk.acc) | _xyz("angular_momentum_rate.", walk.rate)
+    paths = [_topic(folder / f"{state}.csv", walk.t, com, "odom")]
+    for i, foot in enumerate(("left", "right")):
+        four = Rotation.from_euler("xyz", walk.rpy[:, i]).as_quat()
+        placed = _xyz("pose.position.", walk.feet[:, i])
+        placed |= {f"pose.orientation.{a}": four[:, j] for j, a in enumerate("xyzw")}
+        rows = slice(i, None)  # of two topics one begins later
+        placed = {name: values[rows] for name, values in placed.items()}
+        path = folder / f"{foot}_foot__{pose}.csv"
+        paths.append(_topic(path, walk.t[rows] + 0.001, placed, "odom"))
+        arrays = {f"force[{k}]": walk.cells[rows, i, k] for k in range(3)}
+        path = folder / f"{foot}_foot__{cells}.csv"
+        paths.append(_topic(path, walk.t[rows] + 0.002, arrays))
+    return paths
+
+
+@pytest.mark.parametrize("names", [
+    ("centroidal_estimator__state", "sole_pose", "load_cells"), ("a", "tf", "pads"),
+])  # fmt: skip
+def test_a_file_for_each_topic(tmp_path: Path, names: tuple[str, str, str]) -> None:
+    walk = Walk()
+    cells = [f"{foot}_foot/{c}" for foot in ("left", "right")
+             for c in ("toe", "heel_left", "heel_right")]  # fmt: skip
+    rng = np.random.default_rng(4)
+    rows = [{"run": 1, "cell": cell, "mass_kg": kg, "reading": 1.0 + 9.7 * kg + rng.normal(0, 0.1)}
+            for cell in cells for kg in (0, 2, 5, 10, 5, 2, 0)]  # fmt: skip
+    bench = tmp_path / "calibration_bench.csv"
+    pd.DataFrame(rows).round(2).to_csv(bench, index=False)
+    found = _parts([bench, *_topics(tmp_path, walk, *names)])
+    body, sensors, weights = (found[role] for role in ("body", "cells", "weights"))
+    motion = _columns(body.plan)
+    assert motion["com_acc_z_mps2"] == "com.acceleration.z"
+    assert motion["angmom_rate_x_nm"] == "angular_momentum_rate.x"
+    assert motion["left_foot_x_m"] == f"left_foot__{names[1]}.pose.position.x"
+    assert motion["right_foot_qw"] == f"right_foot__{names[1]}.pose.orientation.w"
+    assert [beside.by for beside in body.beside] == ["time", "time"]
+    assert body.plan.command == "online-replay"
+    assert _columns(sensors.plan)["right_2_counts"] == f"right_foot__{names[2]}.force[2]"
+    expected = {f"{foot}_{k}" for foot in ("left", "right") for k in range(3)}
+    assert set(sensors.plan.channels) == expected == set(weights.plan.channels)
+    assert weights.plan.entries["channel"].names["right_foot/toe"] == "right_0"
+    assert any("in their order" in said for said in weights.plan.warnings)
+    text = recipe_text(list(found.values()), tmp_path / "r.toml", "--recipe r.toml")
+    assert f'file = "right_foot__{names[1]}.csv", by = "time"' in text
+
+
+def test_a_vector_of_a_force_is_no_row_of_cells(tmp_path: Path) -> None:
+    """Along the floor a force changes sign, or is small beside what presses."""
+    walk = Walk()
+    force = 40.0 * (walk.acc + np.array([0.0, 0.0, 9.81])) * (1 - walk.air[:, [0]])
+    path = _topic(tmp_path / "left.csv", walk.t, {f"force[{k}]": force[:, k] for k in range(3)})
+    axes = {c.name.axis for c in numbered(guess_file(path)).of("force")}
+    assert axes == {"fx", "fy", "fz"}
+
+
+def test_without_a_com_nothing_is_joined(tmp_path: Path) -> None:
+    walk = Walk()
+    paths = _topics(tmp_path, walk, "state", "pose", "cells")[1:]
+    parts, others = parts_of([guess_file(path) for path in paths])
+    assert all(not part.plan.file.joined for part in parts)
+    assert all(not file.joined for file in others)
