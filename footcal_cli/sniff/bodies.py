@@ -33,11 +33,15 @@ from footcal_cli.sniff.triples import (
     angles,
     axes_of,
     by_pieces,
+    matrices,
     quaternions,
     rotations,
 )
 from footcal_cli.sniff.units import LENGTHS, metres_per
+from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
+_UP: tuple[WorldUp, ...] = ("+z", "+y", "-z")
+"""Worlds that are tried in turn."""
 GRID_S = 0.01
 """Step of the grid on which streams of one walk are compared."""
 _BUMP_S = 0.25
@@ -104,17 +108,18 @@ def body_of(file: FileGuess) -> BodyLog | None:
     ]  # fmt: skip
     vectors = axes_of(named)
     four = quaternions(named, vectors)
-    turned = [*four, *angles(named)]
+    turned = [*four, *matrices(named), *angles(named)]
     at = np.arange(seconds.min(), seconds.max(), GRID_S)
-    moving = [
+    logged = [
         moved for axes in vectors
         if axes not in four and (moved := _on(at, seconds, axes)) is not None
     ]  # fmt: skip
-    feet = _feet(moving)
-    if len(feet) < 2:
-        return None
-    com = _com(moving, feet)
-    if com is None:
+    for turn in (TO_Z_UP[up] for up in _UP):
+        moving = [_turned(moved, turn) for moved in logged]
+        feet = _feet(moving)
+        if len(feet) > 1 and (com := _com(moving, feet)) is not None:
+            break
+    else:
         return None
     others = [m for m in moving if m is not com and m not in feet]
     length = length_unit(com.values[:, 2])
@@ -129,11 +134,11 @@ def body_of(file: FileGuess) -> BodyLog | None:
     frames = _frames(feet, turned)
     middle = np.mean([f.values[:, :2] for f in feet], axis=0)
     way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
-    read = {i: angle_unit(axes, way) for i, axes in frames.items() if "w" not in axes.columns}
+    read = {i: angle_unit(axes, way) for i, axes in frames.items() if "yaw" in axes.columns}
     units = {i: read[i][0] if i in read else "" for i in frames}
     heading = None
     if 0 in frames:
-        heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
+        heading = np.unwrap(np.nan_to_num(headings(turn @ rotations(frames[0], units[0]))))
         heading = np.interp(at, seconds, heading)
     names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
     columns = of_the_com({role: m.axes for role, m in roles.items()}, length=length)
@@ -260,6 +265,14 @@ def _derivatives(com: _Moving, others: Sequence[_Moving]) -> dict[str, _Moving]:
 def _bare(moved: _Moving) -> _Moving:
     """A vector as its numbers are written: ``_m`` behind a speed is no unit of its own."""
     return _times(moved, 1.0 / metres_per(moved.axes.columns["x"].unit))
+
+
+def _turned(moved: _Moving, turn: FloatArray) -> _Moving:
+    """A vector in a world that is turned so, (3, 3)."""
+    smooth = moved.smooth
+    return replace(moved, values=moved.values @ turn.T, smooth=(
+        smooth[0] @ turn.T, smooth[1] @ turn.T, smooth[2] @ turn.T,
+    ))  # fmt: skip
 
 
 def _times(moved: _Moving, scale: float) -> _Moving:

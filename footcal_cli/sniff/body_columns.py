@@ -14,7 +14,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, Sure
 from footcal_cli.sniff.names import NameGuess, Quantity, common_start, name_guess
-from footcal_cli.sniff.triples import ROLL_PITCH_YAW, Axes
+from footcal_cli.sniff.triples import MATRIX, ROLL_PITCH_YAW, Axes
 
 _HIGHEST_M, _HIGHEST_CM = 5.0, 150.0
 """Higher no CoM lies above the ground on which feet stand, in m and in cm."""
@@ -126,6 +126,8 @@ def of_the_feet(
         for axis, column in frames[i].columns.items():
             if axis in "xyzw":
                 taken(column, name, f"q{axis}", None, "of length one, next to the foot's place")
+            elif axis in MATRIX:
+                taken(column, name, f"r{axis}", None, "of a rotation, next to the foot's place")
             elif axis in ROLL_PITCH_YAW:
                 unit, said = units[i]
                 why = "an angle next to the foot's place"

@@ -19,12 +19,16 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import (
     axis_rotations,
+    nearest_rotations,
     rotation_exp,
     rotation_of_quaternion,
     rpy_of_rotation,
 )
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
+from footcal_cli.sniff.motion import up_of
 from footcal_cli.sniff.plan import Entry
+from footcal_cli.sniff.triples import MATRIX
+from footcal_cli.tables.world import TO_Z_UP
 
 _UP = 0.9
 """Share of the mean force that is vertical in a foot's true mounting."""
@@ -60,8 +64,11 @@ class Mount:
 
 
 def point_down(feet: Mapping[str, Mapping[str, ColumnGuess]]) -> bool:
-    """Whether logged vertical forces are negative: upside down, or what pushes on the ground."""
-    return sum(float(np.nanmean(numbers_of(axes["fz"]))) for axes in feet.values()) < 0
+    """Whether the weight is along z and negative: upside down, or what pushes on the ground."""
+    means = [[float(np.nanmean(numbers_of(axes[a]))) for a in ("fx", "fy", "fz")]
+             for axes in feet.values()]  # fmt: skip
+    x, y, z = np.sum(means, axis=0)
+    return bool(z < 0 and max(abs(x), abs(y)) < abs(z))
 
 
 def foot_mount(
@@ -76,9 +83,10 @@ def foot_mount(
     body
         Entries of the body's motion: accelerations of the CoM, quaternions or yaws of the feet.
     """
+    turn = TO_Z_UP[up_of(body)]
     acceleration = _table(body, [f"com_acc_{a}_mps2" for a in "xyz"])
     turned = {k: _turned(body, k) for k in feet}
-    rotation = {k: one for k, one in turned.items() if one is not None}
+    rotation = {k: turn @ one for k, one in turned.items() if one is not None}
     if acceleration is None or not feet or len(rotation) < len(feet):
         return None
     force = {
@@ -90,7 +98,8 @@ def foot_mount(
         good &= np.isfinite(force[k]).all(axis=1) & np.isfinite(rotation[k]).all(axis=(1, 2))
     if good.sum() < _ROWS:
         return None
-    wanted = acceleration[good, :2] - acceleration[good, :2].mean(axis=0)
+    level_acc = (acceleration[good] @ turn.T)[:, :2]
+    wanted = level_acc - level_acc.mean(axis=0)
     found: list[tuple[float, Mount]] = []
     signs = (1.0, -1.0) if point_down(feet) else (1.0,)
     for mount in [Mount(one, sign) for one in axis_rotations() for sign in signs]:
@@ -114,7 +123,10 @@ def foot_mount(
 
 
 def _turned(body: Mapping[str, Entry], foot: str) -> FloatArray | None:
-    """Rotations (n, 3, 3) from a foot to the world, by its quaternion or by its yaw alone."""
+    """Rotations (n, 3, 3) from a foot to the world: a matrix, a quaternion, or its yaw alone."""
+    matrix = _table(body, [f"{foot}_foot_r{n}" for n in MATRIX])
+    if matrix is not None:
+        return nearest_rotations(matrix.reshape(-1, 3, 3))
     quaternion = _table(body, [f"{foot}_foot_q{a}" for a in "xyzw"])
     if quaternion is not None:
         return rotation_of_quaternion(quaternion)

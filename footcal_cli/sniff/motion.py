@@ -19,8 +19,9 @@ from footcal_cli.sniff.body_columns import length_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
+from footcal_cli.sniff.triples import MATRIX
 from footcal_cli.sniff.units import LENGTHS, known_unit, metres_per, split_unit
-from footcal_cli.tables.world import TO_Z_UP
+from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 _STEP_M, _AWAY, _AWAY_M = 0.03, 0.7, 0.5
 """A foot that stands moves by less, as far as an estimator's drift goes; a CoM above such feet by
@@ -50,8 +51,11 @@ _ATTITUDES = ("quaternion", "angle", "matrix", "gravity")
 _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle"}
 
 
-def body_entries(file: FileGuess) -> dict[str, Entry]:
-    """Stamps and every column of the motion, by canonical name."""
+def body_entries(file: FileGuess, *, on_cells: bool = True) -> dict[str, Entry]:
+    """Stamps and every column of the motion, by canonical name.
+
+    `on_cells`: cells stand at places in frames of feet whose z is up; others have no place there.
+    """
     entries, _, _ = times(file, needed=False)
     asked = {c.column for c in file.of("com", "com_acc") if COMMANDED & set(words_of(c.column))}
     if len(asked) < len(file.of("com")):  # what was asked for stands next to what was reached
@@ -69,7 +73,8 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
             if length and name.endswith(_PLACES):
                 default = length
             entries[name] = of(column, column.unit or default)
-    return _on_the_floor(_without_other_frames(_level(entries), file))
+    entries = _level(entries)
+    return _on_the_floor(_without_other_frames(entries, file) if on_cells else entries)
 
 
 def _by_its_size(file: FileGuess) -> str | None:
@@ -117,15 +122,23 @@ def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[st
     axis, sign = "xyz".index(up[1]), 1.0 if up[0] == "+" else -1.0
     kept = dict(entries)
     for side in ("left", "right"):
-        names = [f"{side}_foot_q{a}" for a in "xyzw"]
-        columns = [e.column.values for n in names if (e := entries.get(n)) and e.column]
-        four = [values for values in columns if values is not None]
-        if len(four) != len(names):
-            continue
-        rises = sign * rotations_logged(np.column_stack(four))[:, axis, 2]
-        if np.nanmedian(rises) < _LEVEL:
-            kept = {name: entry for name, entry in kept.items() if name not in names}
+        for numbers in ([f"q{a}" for a in "xyzw"], [f"r{n}" for n in MATRIX]):
+            names = [f"{side}_foot_{one}" for one in numbers]
+            columns = [e.column.values for n in names if (e := entries.get(n)) and e.column]
+            logged = [values for values in columns if values is not None]
+            if len(logged) != len(names):
+                continue
+            rises = _rises(np.column_stack(logged), axis)
+            if np.nanmedian(sign * rises) < _LEVEL:
+                kept = {name: entry for name, entry in kept.items() if name not in names}
     return kept | _headings(kept, up)
+
+
+def _rises(logged: FloatArray, axis: int) -> FloatArray:
+    """A foot's z along an axis of the world by its quaternion (n, 4) or its matrix (n, 9)."""
+    if logged.shape[1] == len(MATRIX):
+        return logged[:, 3 * axis + 2]
+    return rotations_logged(logged)[:, axis, 2]
 
 
 def _headings(entries: Mapping[str, Entry], up: str) -> dict[str, Entry]:
@@ -135,7 +148,7 @@ def _headings(entries: Mapping[str, Entry], up: str) -> dict[str, Entry]:
     its heading is ``atan2(-d_x, d_y)``. Empty where that differs from row to row as in a turn, by
     less from x than feet are set askew, or where feet that walk go another way.
     """
-    turned = any(re.search(r"_foot_(?:yaw_rad|qw)$", name) for name in entries)
+    turned = any(re.search(r"_foot_(?:yaw_rad|qw|r11)$", name) for name in entries)
     feet = [_place(entries, f"{side}_foot") for side in ("left", "right")]
     left, right = feet
     if turned or left is None or right is None or up == "-z" or left.shape != right.shape:
@@ -243,19 +256,23 @@ def _put_elsewhere(entries: Mapping[str, Entry]) -> bool:
     return bool(np.nanmax(spans) <= _STEP_M)
 
 
-def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
-    """A recipe's line that says which axis of the world points up, where it is not z."""
-    own = {column.column: column for column in file.columns}
+def up_of(entries: Mapping[str, Entry], own: Mapping[str, ColumnGuess] | None = None) -> WorldUp:
+    """The axis of the world that points up, by the CoM above left and right foot: +z for want."""
     com = _place(entries, "com", own)
-    feet = [
-        at for side in ("left", "right") if (at := _place(entries, f"{side}_foot", own)) is not None
-    ]
+    feet = [at for side in ("left", "right")
+            if (at := _place(entries, f"{side}_foot", own)) is not None]  # fmt: skip
     if com is None or not feet:
-        return ()
+        return "+z"
     stacked = np.stack(feet, axis=1)
     good = np.isfinite(com).all(axis=1) & np.isfinite(stacked).all(axis=(1, 2))
     up = upright_axis(com[good], stacked[good]) if good.any() else ""
-    if up in ("", "+z"):
+    return next((axis for axis in TO_Z_UP if axis == up), "+z")
+
+
+def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
+    """A recipe's line that says which axis of the world points up, where it is not z."""
+    up = up_of(entries, {column.column: column for column in file.columns})
+    if up == "+z":
         return ()
     return (f'world_up = "{up}"    # likely: the CoM lies above the feet along {up}',)
 

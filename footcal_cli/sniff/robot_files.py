@@ -34,7 +34,8 @@ def with_body(
     """
     plan = as_mounted(plan.moving or plan, mount)
     feet = plan.feet or tuple(dict.fromkeys(c.partition("_")[0] for c in plan.channels))
-    still = on_still_feet(body_entries(body), feet, plan.entries, at_rows or {})
+    motion = body_entries(body, on_cells=not plan.feet)
+    still = on_still_feet(motion, feet, plan.entries, at_rows or {})
     entries = still.entries
     if plan.role == "cells" and {"rl_foot_x_m", "rr_foot_x_m"} <= set(entries):
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]

@@ -196,7 +196,7 @@ def _at_rows(file: FileGuess, body: FileGuess) -> dict[str, Entry]:
     offset, _ = _offset(file, body)
     return {
         name: replace(e, column=replace(e.column, values=_at_stamps(file, body, e.column, offset)))
-        for name, e in body_entries(body).items()
+        for name, e in body_entries(body, on_cells=not wrenches(file)).items()
         if e.column is not None
     }
 

@@ -112,7 +112,7 @@ def ankles(
 ) -> LogPlan:  # fmt: skip
     """Transducers at feet, with the motion of the body where the log has it."""
     entries = {name: entry for name, entry in entries.items() if name == "time_s"}
-    said, logged = said_above(file), body_entries(file)
+    said, logged = said_above(file), body_entries(file, on_cells=False)
     mount = foot_mount(six, logged) if len(six) > 1 else None
     mounting = "" if mount is None else mount.line
     down = point_down(six) if mount is None else mount.sign < 0

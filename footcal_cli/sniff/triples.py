@@ -13,7 +13,7 @@ from difflib import SequenceMatcher
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import rotations_logged, rotations_of_rpy
+from footcal_cli.core.spatial import nearest_rotations, rotations_logged, rotations_of_rpy
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.vocabulary import ANGLES
 
@@ -27,6 +27,8 @@ _UNIT_NORM = 0.02
 _PIECE = 2
 """So many letters two names share by chance."""
 ROLL_PITCH_YAW = ("roll", "pitch", "yaw")
+MATRIX = tuple(f"{i}{j}" for i in "123" for j in "123")
+_TWO = re.compile(r"([0-3])[_,]?([0-3])(?=\D*$)")
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,32 @@ def _of_length_one(four: FloatArray) -> bool:
     return bool(size.size) and float(np.median(np.abs(size - 1.0))) < _UNIT_NORM
 
 
+def matrices(columns: Sequence[ColumnGuess]) -> list[Axes]:
+    """Nine columns of one thing that are a rotation matrix: ``r11`` … ``r33``, ``R_00`` … ``R_22``.
+
+    Their keys are ``11`` … ``33``, row by row.
+    """
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        if at := _TWO.search(column.column):
+            key = column.column[: at.start()], column.column[at.end() :]
+            found.setdefault(key, {})[at[1] + at[2]] = column
+    made = []
+    for key, own in found.items():
+        first = "0" if "00" in own else "1"
+        wanted = [f"{int(first) + i}{int(first) + j}" for i in range(3) for j in range(3)]
+        if own.keys() == {*wanted}:
+            axes = Axes(*key, {m: own[n] for m, n in zip(MATRIX, wanted, strict=True)})
+            good = np.isfinite(_three_by_three(axes)).all(axis=(1, 2))
+            if good.any() and np.isfinite(nearest_rotations(_three_by_three(axes)[good])).all():
+                made.append(axes)
+    return made
+
+
+def _three_by_three(axes: Axes) -> FloatArray:
+    return axes.values(MATRIX).reshape(-1, 3, 3)
+
+
 def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
     """Columns called roll, pitch and yaw, or yaw alone, by what their names share around it.
 
@@ -162,7 +190,9 @@ def _shared(one: Axes, other: Axes) -> int:
 
 
 def rotations(axes: Axes, unit: str = "rad") -> FloatArray:
-    """Foot to world of a quaternion or of ``Rz(yaw) Ry(pitch) Rx(roll)``, shape (n, 3, 3)."""
+    """Foot to world of a quaternion, a matrix or ``Rz(yaw) Ry(pitch) Rx(roll)``, (n, 3, 3)."""
+    if "11" in axes.columns:
+        return nearest_rotations(_three_by_three(axes))
     if "w" in axes.columns:
         return rotations_logged(axes.values("xyzw"))
     rows = len(axes.values(["yaw"]))

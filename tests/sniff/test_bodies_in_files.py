@@ -89,3 +89,44 @@ def test_without_a_com_nothing_is_joined(tmp_path: Path) -> None:
     parts, others = parts_of([guess_file(path) for path in paths])
     assert all(not part.plan.file.joined for part in parts)
     assert all(not file.joined for file in others)
+
+
+TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+"""From x forward, y left, z up to x forward, y up, z right."""
+
+
+def _sto(path: Path, columns: dict[str, FloatArray]) -> Path:
+    """A table as OpenSim stores it."""
+    rows = pd.DataFrame(columns).round(6).to_csv(None, sep="\t", index=False)
+    head = f"{path.stem}\nversion=1\nnRows={len(columns['time'])}\ninDegrees=no\nendheader\n"
+    path.write_text(head + rows)
+    return path
+
+
+def test_y_up_with_matrices_of_the_soles_in_a_file_of_their_own(tmp_path: Path) -> None:
+    walk = Walk()
+    com = {"time": walk.t, **_xyz("com_p", walk.com @ TO_Y_UP.T)}
+    com |= _xyz("com_v", walk.vel @ TO_Y_UP.T) | _xyz("com_a", walk.acc @ TO_Y_UP.T)
+    com |= _xyz("hdot_", walk.rate @ TO_Y_UP.T)
+    feet, felt = {"time": walk.t}, {"time": walk.t}
+    share = (1 - walk.air) / np.maximum((1 - walk.air).sum(axis=1), 1)[:, None]
+    for i, foot in enumerate("lr"):
+        sole = Rotation.from_euler("xyz", walk.rpy[:, i]).as_matrix()
+        turned = TO_Y_UP @ sole @ TO_Y_UP.T
+        feet |= _xyz(f"sole_{foot}_p", walk.feet[:, i] @ TO_Y_UP.T)
+        feet |= {f"sole_{foot}_r{j + 1}{k + 1}": turned[:, j, k] for j, k in np.ndindex(3, 3)}
+        whole = 40.0 * (walk.acc + np.array([0.0, 0.0, 9.81])) * share[:, [i]] @ TO_Y_UP.T
+        read = np.einsum("nji,nj->ni", turned, whole)
+        felt |= _xyz(f"ankle_{foot}_f", read) | _xyz(f"ankle_{foot}_m", 0.01 * read)
+    found = _parts([
+        _sto(tmp_path / "t_ankle.sto", felt), _sto(tmp_path / "t_com.sto", com),
+        _sto(tmp_path / "t_feet.sto", feet),
+    ])  # fmt: skip
+    body, sensors = found["body"], found["cells"]
+    motion = _columns(body.plan)
+    assert motion["right_foot_r32"] == "t_feet.sole_r_r32"
+    assert motion["com_acc_y_mps2"] == "com_ay"
+    assert any(line.startswith('world_up = "+y"') for line in body.plan.robot)
+    assert body.plan.command == sensors.plan.command == "online-replay"
+    assert sensors.plan.mounting == ""
+    assert {e.factor for e in sensors.plan.entries.values()} == {None}
