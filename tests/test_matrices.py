@@ -1,7 +1,8 @@
-"""Feet whose orientation is logged as a rotation matrix."""
+"""Feet whose orientation is logged as a rotation matrix, and files that share a stem."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from footcal_cli.errors import DataError
 from footcal_cli.tables.columns import body_table
+from footcal_cli.tables.reading import ForeignColumn, Join, Layout, Reading
+from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.table import read_table
 
 
@@ -42,3 +45,15 @@ def test_a_matrix_that_mirrors_is_refused_by_its_row(tmp_path: Path) -> None:
             _written(tmp_path / "body.csv", matrices), body_table(("left",)), gravity_mps2=9.81
         )
     assert caught.value.row == "row 4 of the data"
+
+
+def test_files_of_one_stem_are_joined_by_their_whole_names(tmp_path: Path) -> None:
+    for end, values in {"com": "0 1\n1 2\n", "lsole": "0 5\n1 6\n", "rsole": "0 7\n1 8\n"}.items():
+        (tmp_path / f"walk.{end}").write_text(values)
+    bare = Reading(layout=Layout(separator=" ", header=False))
+    bare = replace(bare, columns={"time_s": ForeignColumn("column_1", "s")})
+    joins = tuple(Join(tmp_path / f"walk.{end}", bare) for end in ("lsole", "rsole"))
+    places = {"a": ForeignColumn("walk.lsole.column_2"), "b": ForeignColumn("walk.rsole.column_2")}
+    reading = replace(bare, joins=joins)
+    found = source_columns(tmp_path / "walk.com", reading, places, frozenset())
+    assert [list(found[name].values) for name in "ab"] == [[5, 6], [7, 8]]

@@ -64,7 +64,7 @@ def in_a_row(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
         return {}
     sides = {channel: name_guess(channel).side for channel in plan.channels}
     found = {}
-    for side in {*sides.values()}:
+    for side in dict.fromkeys(sides.values()):
         ours = [channel for channel, own in sides.items() if own == side]
         theirs = sorted((c for c, (foot, _) in streamed.items() if foot == side),
                         key=lambda c: int(streamed[c][1]))  # fmt: skip

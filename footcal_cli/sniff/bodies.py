@@ -38,6 +38,7 @@ from footcal_cli.sniff.triples import (
     rotations,
 )
 from footcal_cli.sniff.units import LENGTHS, metres_per
+from footcal_cli.sniff.unnamed import unnamed
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 _UP: tuple[WorldUp, ...] = ("+z", "+y", "-z")
@@ -108,7 +109,9 @@ def body_of(file: FileGuess) -> BodyLog | None:
     ]  # fmt: skip
     vectors = axes_of(named)
     four = quaternions(named, vectors)
-    turned = [*four, *matrices(named), *angles(named)]
+    in_order, frames_in_order = unnamed(named)
+    vectors = [*vectors, *in_order]
+    turned = [*four, *matrices(named), *angles(named), *frames_in_order]
     at = np.arange(seconds.min(), seconds.max(), GRID_S)
     logged = [
         moved for axes in vectors
@@ -125,13 +128,14 @@ def body_of(file: FileGuess) -> BodyLog | None:
     length = length_unit(com.values[:, 2])
     in_metres = _times(com, metres_per(length))
     roles = {"com": com, **_derivatives(in_metres, others)}
-    used = {c.column for m in roles.values() for c in m.axes.columns.values()}
-    spare = [m for m in others if m.axes.columns["x"].column not in used]
-    if (rate := _momentum_rate(com, spare)) is not None:
-        roles["rate"] = rate
     placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
     turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
     frames = _frames(feet, turned)
+    used = {c.column for m in roles.values() for c in m.axes.columns.values()}
+    used |= {c.column for axes in frames.values() for c in axes.columns.values()}
+    spare = [m for m in others if m.axes.columns["x"].column not in used]
+    if (rate := _momentum_rate(com, spare)) is not None:
+        roles["rate"] = rate
     middle = np.mean([f.values[:, :2] for f in feet], axis=0)
     way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
     read = {i: angle_unit(axes, way) for i, axes in frames.items() if "yaw" in axes.columns}

@@ -16,6 +16,8 @@ from footcal_cli.sniff.bodies import body_of
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.triples import angles, axes_of
+from footcal_cli.sniff.unnamed import unnamed
+from footcal_cli.tables.sources import stem_of
 
 _LEAST_ROWS, _OVERLAP = 50, 0.5
 """Rows of a stream, and the share of one's time that another must be there in."""
@@ -33,7 +35,7 @@ def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
     first, joined = streams[0], []
     columns = list(first.columns)
     for file in streams[1:]:
-        own = _at_stamps(first, file)
+        own = _at_stamps(first, file)  # columns by the names that `called` gives them
         if own:
             joined.append(file)
             columns += own
@@ -41,8 +43,8 @@ def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
     if body is None:
         return list(files)
     used = {c.column for c in body.file.of("com", "com_acc", "motion")}
-    theirs = [file for file in joined if used & {called(file, c) for c in file.columns}]
-    there = {called(file, c) for file in theirs for c in file.columns}
+    theirs = [file for file in joined if used & {called(first, file, c) for c in file.columns}]
+    there = {called(first, file, c) for file in theirs for c in file.columns}
     kept = {c.column for c in first.columns} | (used & there)
     whole = replace(
         first, columns=tuple(c for c in columns if c.column in kept), joined=tuple(theirs)
@@ -51,9 +53,10 @@ def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
             if all(file is not own for own in theirs)]  # fmt: skip
 
 
-def called(file: FileGuess, column: ColumnGuess) -> str:
-    """The name of a joined file's column."""
-    return f"{file.path.name.rsplit('.', 1)[0]}.{column.column}"
+def called(first: FileGuess, file: FileGuess, column: ColumnGuess) -> str:
+    """The name of a joined file's column: behind its stem, or its name where stems are the same."""
+    alike = stem_of(first.path) == stem_of(file.path)
+    return f"{file.path.name if alike else stem_of(file.path)}.{column.column}"
 
 
 def _may_move(file: FileGuess) -> bool:
@@ -61,7 +64,7 @@ def _may_move(file: FileGuess) -> bool:
     if not file.of("time") or file.of("load") or file.rows < _LEAST_ROWS or wrenches(file):
         return False
     named = [c for c in file.columns if c.values is not None]
-    return bool(axes_of(named) or angles(named))
+    return bool(axes_of(named) or angles(named) or unnamed(named[1:])[0])
 
 
 def _at_stamps(first: FileGuess, file: FileGuess) -> list[ColumnGuess]:
@@ -79,7 +82,7 @@ def _at_stamps(first: FileGuess, file: FileGuess) -> list[ColumnGuess]:
             continue
         order = np.argsort(theirs[good], kind="stable")
         read = np.interp(ours, theirs[good][order], values[good][order])
-        made.append(replace(column, column=called(file, column), values=read))
+        made.append(replace(column, column=called(first, file, column), values=read))
     return made
 
 

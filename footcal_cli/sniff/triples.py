@@ -81,19 +81,20 @@ def quaternions(columns: Sequence[ColumnGuess], vectors: Sequence[Axes]) -> list
             key = column.column[: at.start()], column.column[at.end() :]
             numbers.setdefault(key, {})[at[1]] = column
     for key, own in numbers.items():
-        if own.keys() == set("0123") and _of_length_one(Axes(*key, own).values("0123")):
-            found.append(Axes(*key, _upright(own)))
-    return [axes for axes in found if _of_length_one(axes.values("xyzw"))]
+        if own.keys() == set("0123") and of_length_one(Axes(*key, own).values("0123")):
+            found.append(Axes(*key, upright(own)))
+    return [axes for axes in found if of_length_one(axes.values("xyzw"))]
 
 
-def _upright(own: Mapping[str, ColumnGuess]) -> dict[str, ColumnGuess]:
+def upright(own: Mapping[str, ColumnGuess]) -> dict[str, ColumnGuess]:
     """Numbered components as w x y z or x y z w: soles point up."""
     orders = (dict(zip(order, (own[i] for i in "0123"), strict=True)) for order in ("wxyz", "xyzw"))
     return max(orders, key=lambda o: float(np.nanmedian(
         rotations_logged(Axes("", "", o).values("xyzw"))[:, 2, 2])))  # fmt: skip
 
 
-def _of_length_one(four: FloatArray) -> bool:
+def of_length_one(four: FloatArray) -> bool:
+    """Whether four numbers, shape (n, 4), are of length one in most rows."""
     size = np.linalg.norm(four[np.isfinite(four).all(axis=1)], axis=1)
     return bool(size.size) and float(np.median(np.abs(size - 1.0))) < _UNIT_NORM
 
@@ -113,11 +114,15 @@ def matrices(columns: Sequence[ColumnGuess]) -> list[Axes]:
         first = "0" if "00" in own else "1"
         wanted = [f"{int(first) + i}{int(first) + j}" for i in range(3) for j in range(3)]
         if own.keys() == {*wanted}:
-            axes = Axes(*key, {m: own[n] for m, n in zip(MATRIX, wanted, strict=True)})
-            good = np.isfinite(_three_by_three(axes)).all(axis=(1, 2))
-            if good.any() and np.isfinite(nearest_rotations(_three_by_three(axes)[good])).all():
-                made.append(axes)
-    return made
+            made.append(Axes(*key, {m: own[n] for m, n in zip(MATRIX, wanted, strict=True)}))
+    return [axes for axes in made if is_rotation(axes)]
+
+
+def is_rotation(axes: Axes) -> bool:
+    """Whether nine columns are rotation matrices in all rows that are whole."""
+    nine = _three_by_three(axes)
+    good = np.isfinite(nine).all(axis=(1, 2))
+    return bool(good.any() and np.isfinite(nearest_rotations(nine[good])).all())
 
 
 def _three_by_three(axes: Axes) -> FloatArray:
@@ -140,7 +145,7 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
     names = {column.column for column in columns}
     for axes in axes_of(columns):
         turns = _TURNS.search(axes.before)
-        if turns is None or "w" in axes.columns or not _at_most_a_turn(axes):
+        if turns is None or "w" in axes.columns or not at_most_a_turn(axes):
             continue
         left = axes.before[: turns.start(1)] + "l" + axes.before[turns.end(1) :]
         if turns[1].lower() == "r" and any(name.lower().startswith(left.lower()) for name in names):
@@ -162,7 +167,7 @@ def _shortened(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str
     return {key: own for key, own in found.items() if own.keys() == {*ROLL_PITCH_YAW}}
 
 
-def _at_most_a_turn(axes: Axes) -> bool:
+def at_most_a_turn(axes: Axes) -> bool:
     """Whether three numbers are no more than a turn, in rad by their unit, else in degrees."""
     unit = axes.columns["x"].unit
     most = float(np.nanmax(np.abs(axes.values("xyz")), initial=0.0))

@@ -130,3 +130,41 @@ def test_y_up_with_matrices_of_the_soles_in_a_file_of_their_own(tmp_path: Path) 
     assert body.plan.command == sensors.plan.command == "online-replay"
     assert sensors.plan.mounting == ""
     assert {e.factor for e in sensors.plan.entries.values()} == {None}
+
+
+@pytest.mark.parametrize("frame", ["rpy", "xyzw", "wxyz"])
+def test_numbers_alone_in_a_file_for_each_quantity(tmp_path: Path, frame: str) -> None:
+    """``walk.com``, ``walk.lsole`` …: names end by what is in them, and no column has one."""
+    walk = Walk()
+    files = {"com": np.hstack([walk.com, walk.vel, walk.acc]), "amom": walk.rate}
+    for i, foot in enumerate("lr"):
+        four = Rotation.from_euler("xyz", walk.rpy[:, i]).as_quat()
+        turned = {"rpy": walk.rpy[:, i], "xyzw": four, "wxyz": four[:, [3, 0, 1, 2]]}[frame]
+        files |= {f"{foot}fcell": walk.cells[:, i], f"{foot}sole": np.hstack(
+            [walk.feet[:, i], turned]
+        )}  # fmt: skip
+    paths = [tmp_path / f"walk5.{end}" for end in files]
+    for path, values in zip(paths, files.values(), strict=True):
+        np.savetxt(path, np.column_stack([walk.t, values]), fmt="%.6f")
+    rng = np.random.default_rng(5)
+    rows = [f"{foot}{k} {kg:.1f} {2.0 + k + 9.7 * kg + rng.normal(0, 0.1):.2f}"
+            for foot in "LR" for k in range(4) for kg in (0, 5, 10, 20, 10, 5, 0)]  # fmt: skip
+    bench = tmp_path / "kousei.dat"
+    bench.write_text("\n".join(["# cell  omori[kg]  yomi[N]", *rows]) + "\n")
+    found = _parts([bench, *paths])
+    body, sensors = found["body"], found["cells"]
+    motion = _columns(body.plan)
+    end = {n: c.removeprefix("walk5.") for n, c in motion.items()}
+    own = body.plan.file.path.name.removeprefix("walk5.")
+    end = {n: c if "." in c else f"{own}.{c}" for n, c in end.items()}
+    assert end["com_acc_x_mps2"] == "com.column_8"
+    assert end["angmom_rate_z_nm"] == "amom.column_4"
+    assert end["left_foot_z_m"] == "lsole.column_4"
+    if frame == "rpy":
+        assert end["right_foot_yaw_rad"] == "rsole.column_7"
+    else:
+        assert end["right_foot_qw"] == f"rsole.column_{8 if frame == 'xyzw' else 5}"
+    assert len(sensors.beside) == 1
+    names = found["weights"].plan.entries["channel"].names
+    assert [names[f"{foot}0"].partition("_")[0] for foot in "LR"] == ["left", "right"]
+    assert set(names.values()) == set(sensors.plan.channels)
