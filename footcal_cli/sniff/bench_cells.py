@@ -63,7 +63,7 @@ def in_a_row(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
     if not all(number.isdigit() for _, number in streamed.values()):
         return {}
     sides = {channel: name_guess(channel).side for channel in plan.channels}
-    found = {}
+    found: dict[str, str] = {}
     for side in dict.fromkeys(sides.values()):
         ours = [channel for channel, own in sides.items() if own == side]
         theirs = sorted((c for c, (foot, _) in streamed.items() if foot == side),

@@ -116,7 +116,7 @@ def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[st
     Motion capture with y up creates bodies with y up: such an orientation is not that of the foot
     in whose frame the cells' places are known. The feet are then taken to stand level.
     """
-    up = next((line.split('"')[1] for line in upright(file, entries)), "+z")
+    up = up_of(entries, {column.column: column for column in file.columns})
     if up == "+z":
         return entries | _headings(entries, up)
     axis, sign = "xyz".index(up[1]), 1.0 if up[0] == "+" else -1.0
@@ -141,7 +141,7 @@ def _rises(logged: FloatArray, axis: int) -> FloatArray:
     return rotations_logged(logged)[:, axis, 2]
 
 
-def _headings(entries: Mapping[str, Entry], up: str) -> dict[str, Entry]:
+def _headings(entries: Mapping[str, Entry], up: WorldUp) -> dict[str, Entry]:
     """Which way feet point whose orientation is not logged, where that is not along x.
 
     The left foot stands on the left of the right one: with ``d`` from the right to the left one,
