@@ -278,6 +278,8 @@ def _body(table: Table, robot: Robot) -> list[Finding]:
             # a link's frame may point anywhere, as transducer_rotation_rpy_rad then says
             spec = robot.feet.get(foot)
             upright = spec is None or not any(spec.transducer_rotation_rpy_rad)
+            # with y up in the world it is mostly so in the foot too; a matrix has no order
+            upright &= robot.world_up == "+z" and f"{foot}_foot_r11" not in table
             found += body_stream.check_quaternions(
                 table.numbers(columns), f"{foot}_foot_qx …", upright=upright
             )

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import FORCES, IN_NEWTON, Entry, LogPlan
 from footcal_cli.sniff.units import split_unit
 
@@ -50,6 +51,27 @@ def named_as(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
         if len(found) == len({*found.values()}) == len(plan.channels):
             return found
     return {}
+
+
+def in_a_row(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
+    """Channels of weights -> a stream's numbered cells, in their order on each foot.
+
+    ``left_foot/toe``, ``left_foot/heel`` are ``force[0]``, ``force[1]`` of the left foot. Empty
+    where the cells are not numbered, or a foot has not as many in both.
+    """
+    streamed = {c: c.rpartition("_")[::2] for c in cells}
+    if not all(number.isdigit() for _, number in streamed.values()):
+        return {}
+    sides = {channel: name_guess(channel).side for channel in plan.channels}
+    found: dict[str, str] = {}
+    for side in dict.fromkeys(sides.values()):
+        ours = [channel for channel, own in sides.items() if own == side]
+        theirs = sorted((c for c, (foot, _) in streamed.items() if foot == side),
+                        key=lambda c: int(streamed[c][1]))  # fmt: skip
+        if len(ours) != len(theirs):
+            return {}
+        found |= dict(zip(ours, theirs, strict=True))
+    return found if len(found) == len(streamed) else {}
 
 
 def _ends_alike(name: str, word: str) -> bool:

@@ -19,7 +19,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
-from footcal_cli.sniff.body_columns import foot_names, in_millimetres, of_the_com, of_the_feet
+from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
 from footcal_cli.sniff.foot_angles import angle_unit
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, seconds_of
@@ -32,11 +32,17 @@ from footcal_cli.sniff.triples import (
     Axes,
     angles,
     axes_of,
+    by_pieces,
+    matrices,
     quaternions,
     rotations,
 )
 from footcal_cli.sniff.units import LENGTHS, metres_per
+from footcal_cli.sniff.unnamed import unnamed
+from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
+_UP: tuple[WorldUp, ...] = ("+z", "+y", "-z")
+"""Worlds that are tried in turn."""
 GRID_S = 0.01
 """Step of the grid on which streams of one walk are compared."""
 _BUMP_S = 0.25
@@ -49,8 +55,9 @@ _FOLLOWS, _FREE_MPS2, _SAME_STEPS = 0.9, 2.0, 0.9
 _CENTRED = 0.5
 _CLEARLY, _PIECES = 0.7, 20
 """What of a heading in degrees is across the feet, of what is in radians: straight on, both are."""
-_ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "g0": 1 / 9.80665}
-_SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2}
+_ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "in/s^2": 1 / 0.0254,
+                  "ft/s^2": 1 / 0.3048, "g0": 1 / 9.80665}  # fmt: skip
+_SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2, "in/s": 1 / 0.0254, "ft/s": 1 / 0.3048}
 _MOMENTS = ("Nm", "N*m", "N*mm")
 _SPOKEN = ("ldot", "hdot", "angmom", "momentum", "drall", "drehimpuls", "undouryou", "amrate",
            "angular", "dh", "dl")  # fmt: skip
@@ -102,40 +109,44 @@ def body_of(file: FileGuess) -> BodyLog | None:
     ]  # fmt: skip
     vectors = axes_of(named)
     four = quaternions(named, vectors)
-    turned = [*four, *angles(named)]
+    in_order, frames_in_order = unnamed(named)
+    vectors = [*vectors, *in_order]
+    turned = [*four, *matrices(named), *angles(named), *frames_in_order]
     at = np.arange(seconds.min(), seconds.max(), GRID_S)
-    moving = [
+    logged = [
         moved for axes in vectors
         if axes not in four and (moved := _on(at, seconds, axes)) is not None
     ]  # fmt: skip
-    feet = _feet(moving)
-    if len(feet) < 2:
-        return None
-    com = _com(moving, feet)
-    if com is None:
+    for turn in (TO_Z_UP[up] for up in _UP):
+        moving = [_turned(moved, turn) for moved in logged]
+        feet = _feet(moving)
+        if len(feet) > 1 and (com := _com(moving, feet)) is not None:
+            break
+    else:
         return None
     others = [m for m in moving if m is not com and m not in feet]
-    in_mm = in_millimetres(com.values)
-    in_metres = _times(com, 1e-3) if in_mm else com
+    length = length_unit(com.values[:, 2])
+    in_metres = _times(com, metres_per(length))
     roles = {"com": com, **_derivatives(in_metres, others)}
-    used = {c.column for m in roles.values() for c in m.axes.columns.values()}
-    spare = [m for m in others if m.axes.columns["x"].column not in used]
-    if (rate := _momentum_rate(com, spare)) is not None:
-        roles["rate"] = rate
     placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
     turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
     frames = _frames(feet, turned)
+    used = {c.column for m in roles.values() for c in m.axes.columns.values()}
+    used |= {c.column for axes in frames.values() for c in axes.columns.values()}
+    spare = [m for m in others if m.axes.columns["x"].column not in used]
+    if (rate := _momentum_rate(com, spare)) is not None:
+        roles["rate"] = rate
     middle = np.mean([f.values[:, :2] for f in feet], axis=0)
     way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
-    read = {i: angle_unit(axes, way) for i, axes in frames.items() if "w" not in axes.columns}
+    read = {i: angle_unit(axes, way) for i, axes in frames.items() if "yaw" in axes.columns}
     units = {i: read[i][0] if i in read else "" for i in frames}
     heading = None
     if 0 in frames:
-        heading = np.unwrap(np.nan_to_num(headings(rotations(frames[0], units[0]))))
+        heading = np.unwrap(np.nan_to_num(headings(turn @ rotations(frames[0], units[0]))))
         heading = np.interp(at, seconds, heading)
     names = foot_names([f.axes.before for f in feet], [f.values for f in feet], heading)
-    columns = of_the_com({role: m.axes for role, m in roles.items()}, in_mm=in_mm)
-    columns |= of_the_feet([f.axes for f in feet], names, frames, read, in_mm=in_mm)
+    columns = of_the_com({role: m.axes for role, m in roles.items()}, length=length)
+    columns |= of_the_feet([f.axes for f in feet], names, frames, read, length=length)
     left = {c.column for m in others for c in m.axes.columns.values()}
     left |= {c.column for axes in turned for c in axes.columns.values()}
     left -= {c.column for c in file.of("force")}
@@ -260,6 +271,14 @@ def _bare(moved: _Moving) -> _Moving:
     return _times(moved, 1.0 / metres_per(moved.axes.columns["x"].unit))
 
 
+def _turned(moved: _Moving, turn: FloatArray) -> _Moving:
+    """A vector in a world that is turned so, (3, 3)."""
+    smooth = moved.smooth
+    return replace(moved, values=moved.values @ turn.T, smooth=(
+        smooth[0] @ turn.T, smooth[1] @ turn.T, smooth[2] @ turn.T,
+    ))  # fmt: skip
+
+
 def _times(moved: _Moving, scale: float) -> _Moving:
     """A vector whose numbers are so many times as large."""
     smooth = moved.smooth
@@ -303,4 +322,4 @@ def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
         own = [axes for n, axes in shared if n == most]
         if most > alike or (most and len(feet) == 1):
             found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
-    return found
+    return found or by_pieces([f.axes for f in feet], turned)

@@ -14,10 +14,10 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, Sure
 from footcal_cli.sniff.names import NameGuess, Quantity, common_start, name_guess
-from footcal_cli.sniff.triples import ROLL_PITCH_YAW, Axes
+from footcal_cli.sniff.triples import MATRIX, ROLL_PITCH_YAW, Axes
 
-_LARGEST_M = 20.0
-"""A CoM that is higher is in mm, where no unit is said."""
+_HIGHEST_M, _HIGHEST_CM = 5.0, 150.0
+"""Higher no CoM lies above the ground on which feet stand, in m and in cm."""
 _ROLES = {"com": "com_{}_m", "vel": "com_vel_{}_mps", "acc": "com_acc_{}_mps2",
           "rate": "angmom_rate_{}_nm"}  # fmt: skip
 _QUANTITY: Mapping[str, Quantity] = {"com": "com", "acc": "com_acc"}
@@ -29,9 +29,10 @@ _WHY = {
 }
 
 
-def in_millimetres(com: FloatArray) -> bool:
-    """Whether a CoM (n, 3) without a unit can only be in mm."""
-    return bool(np.nanmedian(np.abs(com[:, 2])) > _LARGEST_M)
+def length_unit(height: FloatArray) -> str:
+    """The unit of places without one by the heights (n,) of a CoM: 404 is mm, 40 cm, 0.4 m."""
+    usual = float(np.nanmedian(np.abs(height)))
+    return "mm" if usual > _HIGHEST_CM else "cm" if usual > _HIGHEST_M else "m"
 
 
 def foot_names(
@@ -82,7 +83,7 @@ def apart(names: Sequence[str]) -> list[str]:
     return [name[len(head) : len(name) - len(tail)] for name in names]
 
 
-def of_the_com(roles: Mapping[str, Axes], *, in_mm: bool) -> dict[str, ColumnGuess]:
+def of_the_com(roles: Mapping[str, Axes], *, length: str) -> dict[str, ColumnGuess]:
     """Columns of the CoM, of what is derived of it and of the angular momentum."""
     made = {}
     for role, axes in roles.items():
@@ -92,16 +93,16 @@ def of_the_com(roles: Mapping[str, Axes], *, in_mm: bool) -> dict[str, ColumnGue
             if axis not in "xyz":
                 continue
             name = NameGuess(_QUANTITY.get(role, "motion"), axis, owner=_ROLES[role].format(axis))
-            unit = column.unit or ("mm" if in_mm else None) if role == "com" else column.unit
-            made[column.column] = replace(
-                column, name=name, unit=unit, sure="likely", why=_WHY[role]
-            )
+            by_size = length if role == "com" and length != "m" else None
+            unit = column.unit or by_size
+            why = _WHY[role] + (f", in {unit} by its size" if unit != column.unit else "")
+            made[column.column] = replace(column, name=name, unit=unit, sure="likely", why=why)
     return made
 
 
 def of_the_feet(
     feet: Sequence[Axes], names: Sequence[str], frames: Mapping[int, Axes],
-    units: Mapping[int, tuple[str, str]], *, in_mm: bool,
+    units: Mapping[int, tuple[str, str]], *, length: str,
 ) -> dict[str, ColumnGuess]:  # fmt: skip
     """Columns of the places and the orientations of feet; `units` of angles, and by what."""
     made = {}
@@ -118,13 +119,15 @@ def of_the_feet(
     for i, (foot, name) in enumerate(zip(feet, names, strict=True)):
         for axis in "xyz":
             column = foot.columns[axis]
-            unit = column.unit or ("mm" if in_mm else "m")
+            unit = column.unit or length
             taken(column, name, f"{axis}_m", unit, "it stands, and is higher while it moves")
         if i not in frames:
             continue
         for axis, column in frames[i].columns.items():
             if axis in "xyzw":
                 taken(column, name, f"q{axis}", None, "of length one, next to the foot's place")
+            elif axis in MATRIX:
+                taken(column, name, f"r{axis}", None, "of a rotation, next to the foot's place")
             elif axis in ROLL_PITCH_YAW:
                 unit, said = units[i]
                 why = "an angle next to the foot's place"

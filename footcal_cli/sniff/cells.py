@@ -50,6 +50,7 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
     found = channel_names(cells)
     # hind legs: a cell in each foot
     points = {"hl", "hr"} <= set(found) or (legs and {"rl", "rr"} <= set(found))
+    points |= len(cells) > 2 and [c.name.side for c in cells] == [*found]
     on = "plate" if _PLATES & set(words_of(f"{file.path.stem} {' '.join(found)}")) else "foot"
     # a vertical force of each of several plates: each is one by itself
     alone = on == "plate" and all(c.name.axis == "fz" and not c.name.side for c in cells)

@@ -345,7 +345,9 @@ def _numbered(column: ColumnGuess) -> ColumnGuess:
         return column.as_quantity("sequence", "likely", "counts its rows")
     if column.unit is not None and column.unit not in TIMES:
         return column  # whatever has another unit is no time
-    if column.quantity == "unknown" and increases(values) and even(values):
+    # X_Value of LabVIEW: nothing that is read goes up evenly for so long
+    stamps = column.quantity == "reading" and not whole_seconds and values.size > _COUNTS_UP_TO
+    if (column.quantity == "unknown" or stamps) and increases(values) and even(values):
         step = float(np.median(np.diff(values)))
         if step == 1.0 and abs(values[0]) <= 1:
             return column.as_quantity("sequence", "likely", "counts its rows")

@@ -49,16 +49,21 @@ def in_kilograms(file: FileGuess) -> FileGuess:
     """The log with loads that stand on both feet taken for what their cells read, for want of any.
 
     Weights that were put on are known in one column; a mass in several columns of each foot, next
-    to stamps and to no reading, is what a firmware made of the readings.
+    to stamps and to no reading, is what a firmware made of the readings. So are several loads next
+    to a CoM and feet, whatever they are called: no weights are put on a robot that walks.
     """
     loads = [c for c in file.of("load") if c.values is not None and c.unit in FORCES]
-    if file.of("reading", "force") or not file.of("time") or not of_both_feet(loads):
+    if file.of("reading", "force") or not file.of("time") or len(loads) < _SEVERAL:
         return file
-    if any(not c.name.side for c in loads):
+    walks = bool(file.of("com") and file.of("motion"))
+    if not walks and not (of_both_feet(loads) and all(c.name.side for c in loads)):
         return file
+    why = "a mass on each cell of both feet"
+    if walks:
+        why = "a load on each cell of a body that moves"
     read = {c.column for c in loads}
     return replace(file, columns=tuple(
-        c.as_quantity("reading", "likely", "a mass on each cell of both feet")
+        c.as_quantity("reading", "likely", why)
         if c.column in read else c for c in file.columns
     ))  # fmt: skip
 

@@ -55,6 +55,13 @@ class Names:
         return f"{escaped(self.head)}*{escaped(self.tail)}"
 
     @property
+    def feet(self) -> list[str]:
+        """Left and right of two words that differ by their first letter: ``lfcell``, ``rfcell``."""
+        sides = [{"l": "left", "r": "right"}.get(word[:1].lower(), "") for word in self.middle]
+        alike = len({word[1:] for word in self.middle}) == 1 and len(self.middle[0]) > 1
+        return sides if sorted(sides) == ["left", "right"] and alike else []
+
+    @property
     def of_folders(self) -> bool:
         """Whether the folders' names tell the logs apart."""
         return "/" in self.tail

@@ -263,7 +263,7 @@ def _per_foot(group: list[FileGuess], names: Names) -> Part | None:
 
 def _feet_of(group: Sequence[FileGuess], names: Names) -> list[str]:
     """The foot that each file is of: left and right, or legs that the files are called after."""
-    sides = [_foot_of(file, word) for file, word in zip(group, names.middle, strict=True)]
+    sides = names.feet or list(map(_foot_of, group, names.middle))
     if all(sides) or wrenches(numbered(group[0])):  # transducers of legs hang
         return sides
     legs = [name_guess(word).place for word in names.middle]

@@ -15,6 +15,8 @@ _PARTS = 10
 """Parts of a walk whose directions are compared with the headings in them."""
 _CLEARLY = 0.5
 """The right unit leaves so small a share of what the other leaves."""
+_STEEPEST_RAD, _ALL_BUT = 1.3, 0.995
+"""No sole rolls or pitches as far from how it stands, but in a few rows."""
 
 
 def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:
@@ -33,7 +35,9 @@ def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:
     if (said := axes.columns["yaw"].unit) in ("rad", "deg"):
         return said, "its name"
     yaw = axes.values(["yaw"])[:, 0]
-    if float(np.nanmax(np.abs(axes.values(list(axes.columns))))) > 2.0 * np.pi:
+    tilts = [axes.values([a])[:, 0] for a in axes.columns if a != "yaw"]
+    steep = [float(np.nanquantile(np.abs(t - np.nanmedian(t)), _ALL_BUT)) for t in tilts]
+    if float(np.nanmax(np.abs(yaw))) > 2.0 * np.pi or max(steep, default=0.0) > _STEEPEST_RAD:
         return "deg", "its size"
     rad, deg = (_apart(heading, way) for heading in (yaw, np.radians(yaw)))
     if min(rad, deg) < _CLEARLY * max(rad, deg):

@@ -108,7 +108,13 @@ def codes_of(column: ColumnGuess) -> IntArray:
 
 @dataclass(frozen=True)
 class FileGuess:
-    """One log: how it is laid out and what its columns are taken for."""
+    """One log: how it is laid out and what its columns are taken for.
+
+    Parameters
+    ----------
+    joined
+        Other files whose columns stand among its own, at its stamps: ``pose.x`` behind their name.
+    """
 
     path: Path
     text: TextGuess
@@ -116,6 +122,7 @@ class FileGuess:
     rows: int
     rate_hz: float | None = None
     rows_of: str = ""
+    joined: tuple[FileGuess, ...] = ()
 
     @property
     def layout(self) -> Layout:

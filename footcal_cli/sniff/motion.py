@@ -15,17 +15,17 @@ import numpy as np
 from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import rotations_logged
+from footcal_cli.sniff.body_columns import length_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
+from footcal_cli.sniff.triples import MATRIX
 from footcal_cli.sniff.units import LENGTHS, known_unit, metres_per, split_unit
-from footcal_cli.tables.world import TO_Z_UP
+from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 _STEP_M, _AWAY, _AWAY_M = 0.03, 0.7, 0.5
 """A foot that stands moves by less, as far as an estimator's drift goes; a CoM above such feet by
 less than a share of its height, or where that is not known than half a metre."""
-_HIGHEST_M, _HIGHEST_CM = 5.0, 150.0
-"""Higher no CoM lies above the ground on which feet stand, in m and in cm."""
 _JUMP_M, _STANCE_ROWS = 0.005, 20
 """From one stance to the next a foot is this far away at once, and stays for so many rows."""
 _LENGTH = re.compile(r"(?i)\blength\W{0,3}units?\W+([a-z]+)")
@@ -51,8 +51,11 @@ _ATTITUDES = ("quaternion", "angle", "matrix", "gravity")
 _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle"}
 
 
-def body_entries(file: FileGuess) -> dict[str, Entry]:
-    """Stamps and every column of the motion, by canonical name."""
+def body_entries(file: FileGuess, *, on_cells: bool = True) -> dict[str, Entry]:
+    """Stamps and every column of the motion, by canonical name.
+
+    `on_cells`: cells stand at places in frames of feet whose z is up; others have no place there.
+    """
     entries, _, _ = times(file, needed=False)
     asked = {c.column for c in file.of("com", "com_acc") if COMMANDED & set(words_of(c.column))}
     if len(asked) < len(file.of("com")):  # what was asked for stands next to what was reached
@@ -70,15 +73,16 @@ def body_entries(file: FileGuess) -> dict[str, Entry]:
             if length and name.endswith(_PLACES):
                 default = length
             entries[name] = of(column, column.unit or default)
-    return _on_the_floor(_without_other_frames(_level(entries), file))
+    entries = _level(entries)
+    return _on_the_floor(_without_other_frames(entries, file) if on_cells else entries)
 
 
 def _by_its_size(file: FileGuess) -> str | None:
     """The unit of places without one by the height of the CoM: 404 is mm, 40 is cm, 0.4 is m."""
     for column in file.of("com"):
         if column.name.axis == "z" and column.unit is None and column.values is not None:
-            height = float(np.nanmedian(np.abs(column.values)))
-            return "mm" if height > _HIGHEST_CM else "cm" if height > _HIGHEST_M else None
+            unit = length_unit(column.values)
+            return unit if unit != "m" else None
     return None
 
 
@@ -112,31 +116,39 @@ def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[st
     Motion capture with y up creates bodies with y up: such an orientation is not that of the foot
     in whose frame the cells' places are known. The feet are then taken to stand level.
     """
-    up = next((line.split('"')[1] for line in upright(file, entries)), "+z")
+    up = up_of(entries, {column.column: column for column in file.columns})
     if up == "+z":
         return entries | _headings(entries, up)
     axis, sign = "xyz".index(up[1]), 1.0 if up[0] == "+" else -1.0
     kept = dict(entries)
     for side in ("left", "right"):
-        names = [f"{side}_foot_q{a}" for a in "xyzw"]
-        columns = [e.column.values for n in names if (e := entries.get(n)) and e.column]
-        four = [values for values in columns if values is not None]
-        if len(four) != len(names):
-            continue
-        rises = sign * rotations_logged(np.column_stack(four))[:, axis, 2]
-        if np.nanmedian(rises) < _LEVEL:
-            kept = {name: entry for name, entry in kept.items() if name not in names}
+        for numbers in ([f"q{a}" for a in "xyzw"], [f"r{n}" for n in MATRIX]):
+            names = [f"{side}_foot_{one}" for one in numbers]
+            columns = [e.column.values for n in names if (e := entries.get(n)) and e.column]
+            logged = [values for values in columns if values is not None]
+            if len(logged) != len(names):
+                continue
+            rises = _rises(np.column_stack(logged), axis)
+            if np.nanmedian(sign * rises) < _LEVEL:
+                kept = {name: entry for name, entry in kept.items() if name not in names}
     return kept | _headings(kept, up)
 
 
-def _headings(entries: Mapping[str, Entry], up: str) -> dict[str, Entry]:
+def _rises(logged: FloatArray, axis: int) -> FloatArray:
+    """A foot's z along an axis of the world by its quaternion (n, 4) or its matrix (n, 9)."""
+    if logged.shape[1] == len(MATRIX):
+        return logged[:, 3 * axis + 2]
+    return rotations_logged(logged)[:, axis, 2]
+
+
+def _headings(entries: Mapping[str, Entry], up: WorldUp) -> dict[str, Entry]:
     """Which way feet point whose orientation is not logged, where that is not along x.
 
     The left foot stands on the left of the right one: with ``d`` from the right to the left one,
     its heading is ``atan2(-d_x, d_y)``. Empty where that differs from row to row as in a turn, by
     less from x than feet are set askew, or where feet that walk go another way.
     """
-    turned = any(re.search(r"_foot_(?:yaw_rad|qw)$", name) for name in entries)
+    turned = any(re.search(r"_foot_(?:yaw_rad|qw|r11)$", name) for name in entries)
     feet = [_place(entries, f"{side}_foot") for side in ("left", "right")]
     left, right = feet
     if turned or left is None or right is None or up == "-z" or left.shape != right.shape:
@@ -244,19 +256,23 @@ def _put_elsewhere(entries: Mapping[str, Entry]) -> bool:
     return bool(np.nanmax(spans) <= _STEP_M)
 
 
-def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
-    """A recipe's line that says which axis of the world points up, where it is not z."""
-    own = {column.column: column for column in file.columns}
+def up_of(entries: Mapping[str, Entry], own: Mapping[str, ColumnGuess] | None = None) -> WorldUp:
+    """The axis of the world that points up, by the CoM above left and right foot: +z for want."""
     com = _place(entries, "com", own)
-    feet = [
-        at for side in ("left", "right") if (at := _place(entries, f"{side}_foot", own)) is not None
-    ]
+    feet = [at for side in ("left", "right")
+            if (at := _place(entries, f"{side}_foot", own)) is not None]  # fmt: skip
     if com is None or not feet:
-        return ()
+        return "+z"
     stacked = np.stack(feet, axis=1)
     good = np.isfinite(com).all(axis=1) & np.isfinite(stacked).all(axis=(1, 2))
     up = upright_axis(com[good], stacked[good]) if good.any() else ""
-    if up in ("", "+z"):
+    return next((axis for axis in TO_Z_UP if axis == up), "+z")
+
+
+def upright(file: FileGuess, entries: Mapping[str, Entry]) -> tuple[str, ...]:
+    """A recipe's line that says which axis of the world points up, where it is not z."""
+    up = up_of(entries, {column.column: column for column in file.columns})
+    if up == "+z":
         return ()
     return (f'world_up = "{up}"    # likely: the CoM lies above the feet along {up}',)
 

@@ -23,6 +23,7 @@ from footcal_cli.sniff.vocabulary import (
     EAST_ASIAN,
     ENDS,
     ITALIAN,
+    NOT_OF_CELLS,
     OF_A_LEG,
     PLACES,
     SAID_OTHERWISE,
@@ -86,11 +87,6 @@ _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("temp", "temperature"), ("temperatur", "temperature"), ("temperature", "temperature"),
 )  # fmt: skip
 """How compound words end that say what a column is: ``Prüfgewicht``."""
-_NOT_OF_CELLS = {
-    "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
-    "velocity", "emg", "ecg", "acceleration", "speed", "distance", "extension", "elongation",
-    "covariance", "cov",
-}  # fmt: skip
 _NO_FORCE = {"com", "acc", "gyro", "imu", "position", "pos", "pose", "translation"}
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
@@ -114,6 +110,7 @@ NOISE = {
     "loadcells", "pied", "fuß", "fuss",
 }  # fmt: skip
 _ZONES = {"medial", "lateral", "heel", "toe", "hallux", "midfoot", "arch", *ENDS}
+_FEET = {"lf": "left", "rf": "right"}
 _INNER = re.compile(
     r"(heel|toe|ball|talon|ferse|front|rear|back)[\W_]*"
     r"(inn?er|in|innen|int|out|outer|ext|außen)(?![A-Za-z])", re.IGNORECASE,
@@ -257,11 +254,15 @@ def _address(words: list[str]) -> tuple[str, str, list[str]]:
         if word in ITALIAN and not side and OF_A_LEG & set(words):
             side, i = ITALIAN[word], i + 1
             continue
+        if word in _ZONES and following in SIDES and side and not place:
+            # behind the foot's side the place's own: LF_ToeLeft
+            place, i = f"{word}_{SIDES[following]}", i + 2
+            continue
         if word in PLACES and not place:
             # lf before another place is the left foot
-            later = any(w in PLACES or w in ENDS for w in words[i + 1 :])
-            if later and word in ("lf", "rf") and not side:
-                side = {"lf": "left", "rf": "right"}[word]
+            later = any(w in PLACES or w in _ZONES for w in words[i + 1 :])
+            if later and word in _FEET and not side:
+                side = _FEET[word]
             else:
                 place = PLACES[word]
         elif word in SIDES and not side:
@@ -347,7 +348,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
         stem.lower() in ("x", "y") and unit in (*LENGTHS, None)
     ):
         return "hole", place, {place}
-    if set(words) & _NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
+    if set(words) & NOT_OF_CELLS or ("tau" in words and set(words) & _JOINTS):
         return "other", "", set()
     return _by_words(words, compact, unit)
 

@@ -23,6 +23,7 @@ from footcal_cli.sniff.names import (
     name_guess,
     words_of,
 )
+from footcal_cli.sniff.pressed import carry_alike
 from footcal_cli.sniff.quaternions import by_letters, in_a_row, of_length_one
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
@@ -229,7 +230,7 @@ def _vector(
     if len(columns) != 3 or not words:
         return {}
     *before, last = [w for w in words if w not in _SAID_OF_VECTORS] or words
-    for called, quantity, letter in _VECTORS:
+    for called, quantity, letter in () if carry_alike(columns) else _VECTORS:
         if last in called and (len(last) > 1 or _VECTOR_LETTER.fullmatch(stem)):
             if quantity == "acceleration" and "com" in before:
                 quantity = "com_acc"

@@ -1,6 +1,6 @@
-"""Which axis of an instrument with three a known weight presses along.
+"""Which axis of an instrument with three a known weight presses along; three cells are no axes.
 
-Room: sniff; asked by weights.
+Room: sniff; asked by numbered and weights.
 """
 
 from __future__ import annotations
@@ -14,6 +14,21 @@ from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
 
 _ACROSS = 3.0
 """How much farther a load moves the axis that it presses along than those across it."""
+
+_PART, _AT_REST = 0.2, 0.3
+"""What a cell of a foot bears beside the one that bears most, and how near its zero it begins."""
+
+
+def carry_alike(columns: Sequence[ColumnGuess]) -> bool:
+    """Whether numbered forces are of cells in a row: each presses one way, from about its zero on.
+
+    Of a vector's components those along the floor change sign, or are small beside the one across.
+    """
+    ends = np.array([np.nanquantile(numbers_of(c), [0.02, 0.98]) for c in columns])
+    ends = ends if ends.sum() > 0 else -ends[:, ::-1]
+    reach = np.ptp(ends, axis=1)
+    near = np.abs(ends[:, 0]) < _AT_REST * reach
+    return bool(near.all() and reach.min() > _PART * reach.max())
 
 
 def pressed_along(

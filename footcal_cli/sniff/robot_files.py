@@ -5,24 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from footcal_cli.sniff.bench_cells import cells_of, column_of, in_one_unit, named_as
+from footcal_cli.sniff.bench_cells import cells_of, column_of, in_a_row, in_one_unit, named_as
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
+from footcal_cli.sniff.foot_mounts import Mount
 from footcal_cli.sniff.foot_poses import with_foot_poses
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.plan import Entry, LogPlan
-from footcal_cli.sniff.six_axis_feet import MOTION
+from footcal_cli.sniff.six_axis_feet import MOTION, as_mounted
 from footcal_cli.sniff.still_feet import on_still_feet
 from footcal_cli.sniff.units import VOLTAGES
 from footcal_cli.sniff.which_cell import named_alike
 
 
 def with_body(
-    plan: LogPlan, body: FileGuess, at_rows: Mapping[str, Entry] | None = None, mounting: str = "",
-    beside: tuple[Beside, ...] = (),
+    plan: LogPlan, body: FileGuess, at_rows: Mapping[str, Entry] | None = None,
+    mount: Mount | None = None, beside: tuple[Beside, ...] = (),
 ) -> list[Part]:  # fmt: skip
     """Sensors and the robot's own stream, which may say how the sensors are turned.
 
@@ -31,9 +32,10 @@ def with_body(
     at_rows
         The stream at the rows of the sensors.
     """
-    plan = plan.moving or plan
+    plan = as_mounted(plan.moving or plan, mount)
     feet = plan.feet or tuple(dict.fromkeys(c.partition("_")[0] for c in plan.channels))
-    still = on_still_feet(body_entries(body), feet, plan.entries, at_rows or {})
+    motion = body_entries(body, on_cells=not plan.feet)
+    still = on_still_feet(motion, feet, plan.entries, at_rows or {})
     entries = still.entries
     if plan.role == "cells" and {"rl_foot_x_m", "rr_foot_x_m"} <= set(entries):
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]
@@ -45,13 +47,16 @@ def with_body(
     )  # fmt: skip
     blanks = (*(blank for blank in plan.blanks if blank != MOTION), *still.blanks)
     kind = f"{plan.kind}; with a body stream"
-    sensors = replace(
-        plan, command=command, kind=kind, blanks=blanks, mounting=mounting or plan.mounting
-    )
+    sensors = replace(plan, command=command, kind=kind, blanks=blanks)
     return [
         Part(sensors, (plan.file.path,), escaped(plan.file.path.name), beside),
-        Part(other, (body.path,), escaped(body.path.name)),
+        Part(other, (body.path,), escaped(body.path.name), _joined(body)),
     ]
+
+
+def _joined(body: FileGuess) -> tuple[Beside, ...]:
+    why = "the body's stream goes on there"
+    return tuple(Beside(file, "time", why=why) for file in body.joined)
 
 
 def with_bodies(
@@ -91,9 +96,9 @@ def with_one_name(
                     columns.setdefault(entry.column.column, entry.column)
     streamed = {name: column for part in parts for name, column in cells_of(part.plan).items()}
     renamed = [
-        replace(p, plan=_renamed(
+        replace(p, plan=_ordered(_renamed(
             p.plan, named_as(p.plan, streamed) or cells, [*columns.values()]
-        )) for p in parts
+        ), streamed)) for p in parts
     ]  # fmt: skip
     renamed = in_one_unit(renamed)
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
@@ -101,6 +106,16 @@ def with_one_name(
     return [
         replace(p, plan=_in_voltage(_weighed(p.plan, weighed), voltage)) for p in renamed
     ], list(others)
+
+
+def _ordered(plan: LogPlan, streamed: Mapping[str, ColumnGuess]) -> LogPlan:
+    """A plan for weights on cells that a stream numbers; as it is where names are one already."""
+    row = in_a_row(plan, streamed)
+    if plan.role != "weights" or {*plan.channels} & {*streamed} or not row:
+        return plan
+    pairs = ", ".join(f"{a} is {streamed[b].column}" for a, b in list(row.items())[:2])
+    said = f"cells are taken in their order on each foot: {pairs} …"
+    return replace(_renamed(plan, row, []), warnings=(*plan.warnings, said))
 
 
 def _voltage(parts: Sequence[Part]) -> str | None:

@@ -15,7 +15,7 @@ from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_index import with_index
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called
-from footcal_cli.sniff.foot_mounts import mounted
+from footcal_cli.sniff.foot_mounts import foot_mount
 from footcal_cli.sniff.frames import rate_asked
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
@@ -133,7 +133,7 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             plan = plan_of(file)
             if plan is not None:
                 body = _at_rows(file, beside)
-                return with_body(plan, beside, body, mounted(wrenches(file), body))
+                return with_body(plan, beside, body, foot_mount(wrenches(file), body))
     for file, beside in ((one, other), (other, one)):
         still = by_stretches(file, beside) or by_log_sheet(file, beside)
         if still is not None:
@@ -196,7 +196,7 @@ def _at_rows(file: FileGuess, body: FileGuess) -> dict[str, Entry]:
     offset, _ = _offset(file, body)
     return {
         name: replace(e, column=replace(e.column, values=_at_stamps(file, body, e.column, offset)))
-        for name, e in body_entries(body).items()
+        for name, e in body_entries(body, on_cells=not wrenches(file)).items()
         if e.column is not None
     }
 

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-
-import numpy as np
+from dataclasses import replace
 
 from footcal_cli.sniff.axes import axes_of, said_above
 from footcal_cli.sniff.cells import toml_key
-from footcal_cli.sniff.foot_mounts import mounted
+from footcal_cli.sniff.foot_mounts import Mount, foot_mount, point_down
 from footcal_cli.sniff.groups import transducers_by_stem
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.in_series import quiet_start_s
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.plan import IN_NEWTON, MASS, Blank, Entry, LogPlan, times
@@ -58,7 +57,7 @@ def plates_of(
 ) -> LogPlan:  # fmt: skip
     """Six-axis plates that carry one weight: their vertical forces, which need no body stream."""
     entries, _, _ = times(file, needed=True)
-    said, tables, down = said_above(file), [], _point_down(six)
+    said, tables, down = said_above(file), [], point_down(six)
     for name, group in six.items():
         entries[f"{name}_plate_counts"] = axes_of(group, said, -1.0 if down else 1.0)["fz_n"]
         tables.append(f"[robot.feet.{toml_key(name)}.cells]\nplate = {{ x_m = 0.0, y_m = 0.0 }}")
@@ -76,12 +75,28 @@ def plates_of(
 
 _PLATE = re.compile(r"(?i)plat|\bfp|belt|^f?p?_?\d+$")
 _NOTHING_BELOW = "weight_below_sd_n = 0.0    # likely: a plate, below which nothing hangs"
+_SIX = ("_fx_n", "_fy_n", "_fz_n", "_tx_nm", "_ty_nm", "_tz_nm")
 _REVERSED = "the vertical forces are negative: read with reversed sign"
 
 
-def _point_down(six: Mapping[str, Mapping[str, ColumnGuess]]) -> bool:
-    """Whether forces are what stands on the plates, not what these bear it with."""
-    return sum(float(np.nanmean(numbers_of(group["fz"]))) for group in six.values()) < 0
+def as_mounted(plan: LogPlan, mount: Mount | None) -> LogPlan:
+    """A plan for transducers at feet whose signs and mounting the body's motion says."""
+    if mount is None or not plan.feet:
+        return plan
+    entries = {
+        name: replace(entry, factor=_signed(entry.factor, mount.sign))
+        if name.endswith(_SIX) and entry.column is not None else entry
+        for name, entry in plan.entries.items()
+    }  # fmt: skip
+    said = [one for one in plan.warnings if one != _REVERSED]
+    warnings = (*said, *((_REVERSED,) * (mount.sign < 0)))
+    return replace(plan, entries=entries, mounting=mount.line or plan.mounting, warnings=warnings)
+
+
+def _signed(factor: float | None, sign: float) -> float | None:
+    """A factor with that sign; None for one."""
+    made = abs(1.0 if factor is None else factor) * sign
+    return None if made == 1.0 else made
 
 
 MOTION = Blank(
@@ -97,9 +112,10 @@ def ankles(
 ) -> LogPlan:  # fmt: skip
     """Transducers at feet, with the motion of the body where the log has it."""
     entries = {name: entry for name, entry in entries.items() if name == "time_s"}
-    said, logged = said_above(file), body_entries(file)
-    mounting = mounted(six, logged) if len(six) > 1 else ""
-    down = not mounting and _point_down(six)
+    said, logged = said_above(file), body_entries(file, on_cells=False)
+    mount = foot_mount(six, logged) if len(six) > 1 else None
+    mounting = "" if mount is None else mount.line
+    down = point_down(six) if mount is None else mount.sign < 0
     for name, group in six.items():
         entries |= axes_of(group, said, -1.0 if down else 1.0, prefix=f"{name}_")
     still = on_still_feet(logged, tuple(six), entries)

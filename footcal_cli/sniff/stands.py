@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.body_columns import foot_names, in_millimetres, of_the_com, of_the_feet
+from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
 from footcal_cli.sniff.foot_angles import angle_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import name_guess
@@ -44,9 +44,9 @@ def standing(file: FileGuess) -> FileGuess:
         i: angle_unit(own, np.zeros(file.rows, complex))
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
-    in_mm = in_millimetres(above[0].values("xyz"))
-    made = of_the_com({"com": above[0]}, in_mm=in_mm) | of_the_feet(
-        feet, foot_names([v.before for v in feet], places, None), frames, units, in_mm=in_mm
+    length = length_unit(above[0].values("z")[:, 0])
+    made = of_the_com({"com": above[0]}, length=length) | of_the_feet(
+        feet, foot_names([v.before for v in feet], places, None), frames, units, length=length
     )
     why = "two feet with a place above them"
     return replace(file, columns=tuple(

@@ -8,11 +8,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import rotations_logged, rotations_of_rpy
+from footcal_cli.core.spatial import nearest_rotations, rotations_logged, rotations_of_rpy
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.vocabulary import ANGLES
 
@@ -20,8 +21,14 @@ _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
 _NUMBER = re.compile(r"([0-3])(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
 _TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
+_PART = re.compile(r"(?<![^\W_])[^\W\d_]{2,5}(?![^\W_])")
+"""A word between signs that may be short for another."""
 _UNIT_NORM = 0.02
+_PIECE = 2
+"""So many letters two names share by chance."""
 ROLL_PITCH_YAW = ("roll", "pitch", "yaw")
+MATRIX = tuple(f"{i}{j}" for i in "123" for j in "123")
+_TWO = re.compile(r"([0-3])[_,]?([0-3])(?=\D*$)")
 
 
 @dataclass(frozen=True)
@@ -74,21 +81,52 @@ def quaternions(columns: Sequence[ColumnGuess], vectors: Sequence[Axes]) -> list
             key = column.column[: at.start()], column.column[at.end() :]
             numbers.setdefault(key, {})[at[1]] = column
     for key, own in numbers.items():
-        if own.keys() == set("0123") and _of_length_one(Axes(*key, own).values("0123")):
-            found.append(Axes(*key, _upright(own)))
-    return [axes for axes in found if _of_length_one(axes.values("xyzw"))]
+        if own.keys() == set("0123") and of_length_one(Axes(*key, own).values("0123")):
+            found.append(Axes(*key, upright(own)))
+    return [axes for axes in found if of_length_one(axes.values("xyzw"))]
 
 
-def _upright(own: Mapping[str, ColumnGuess]) -> dict[str, ColumnGuess]:
+def upright(own: Mapping[str, ColumnGuess]) -> dict[str, ColumnGuess]:
     """Numbered components as w x y z or x y z w: soles point up."""
     orders = (dict(zip(order, (own[i] for i in "0123"), strict=True)) for order in ("wxyz", "xyzw"))
     return max(orders, key=lambda o: float(np.nanmedian(
         rotations_logged(Axes("", "", o).values("xyzw"))[:, 2, 2])))  # fmt: skip
 
 
-def _of_length_one(four: FloatArray) -> bool:
+def of_length_one(four: FloatArray) -> bool:
+    """Whether four numbers, shape (n, 4), are of length one in most rows."""
     size = np.linalg.norm(four[np.isfinite(four).all(axis=1)], axis=1)
     return bool(size.size) and float(np.median(np.abs(size - 1.0))) < _UNIT_NORM
+
+
+def matrices(columns: Sequence[ColumnGuess]) -> list[Axes]:
+    """Nine columns of one thing that are a rotation matrix: ``r11`` … ``r33``, ``R_00`` … ``R_22``.
+
+    Their keys are ``11`` … ``33``, row by row.
+    """
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        if at := _TWO.search(column.column):
+            key = column.column[: at.start()], column.column[at.end() :]
+            found.setdefault(key, {})[at[1] + at[2]] = column
+    made = []
+    for key, own in found.items():
+        first = "0" if "00" in own else "1"
+        wanted = [f"{int(first) + i}{int(first) + j}" for i in range(3) for j in range(3)]
+        if own.keys() == {*wanted}:
+            made.append(Axes(*key, {m: own[n] for m, n in zip(MATRIX, wanted, strict=True)}))
+    return [axes for axes in made if is_rotation(axes)]
+
+
+def is_rotation(axes: Axes) -> bool:
+    """Whether nine columns are rotation matrices in all rows that are whole."""
+    nine = _three_by_three(axes)
+    good = np.isfinite(nine).all(axis=(1, 2))
+    return bool(good.any() and np.isfinite(nearest_rotations(nine[good])).all())
+
+
+def _three_by_three(axes: Axes) -> FloatArray:
+    return axes.values(MATRIX).reshape(-1, 3, 3)
 
 
 def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
@@ -101,11 +139,13 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
         for word in _ANGLE.finditer(column.column):
             key = column.column[: word.start()], column.column[word.end() :]
             found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
+    for key, own in _shortened(columns).items():
+        found.setdefault(key, own)
     made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
     names = {column.column for column in columns}
     for axes in axes_of(columns):
         turns = _TURNS.search(axes.before)
-        if turns is None or "w" in axes.columns or not _at_most_a_turn(axes):
+        if turns is None or "w" in axes.columns or not at_most_a_turn(axes):
             continue
         left = axes.before[: turns.start(1)] + "l" + axes.before[turns.end(1) :]
         if turns[1].lower() == "r" and any(name.lower().startswith(left.lower()) for name in names):
@@ -115,15 +155,49 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
     return made
 
 
-def _at_most_a_turn(axes: Axes) -> bool:
+def _shortened(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
+    """Three angles of one frame by the beginnings of their words: ``pe_rol pe_arf pe_gui``."""
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        for part in _PART.finditer(column.column):
+            axes = {a for word, a in ANGLES.items() if word.startswith(part[0].lower())}
+            if len(axes) == 1:
+                key = column.column[: part.start()], column.column[part.end() :]
+                found.setdefault(key, {}).setdefault(axes.pop(), column)
+    return {key: own for key, own in found.items() if own.keys() == {*ROLL_PITCH_YAW}}
+
+
+def at_most_a_turn(axes: Axes) -> bool:
     """Whether three numbers are no more than a turn, in rad by their unit, else in degrees."""
     unit = axes.columns["x"].unit
     most = float(np.nanmax(np.abs(axes.values("xyz")), initial=0.0))
     return unit in (None, "rad", "deg") and most <= (2.0 * np.pi if unit == "rad" else 360.0)
 
 
+def by_pieces(places: Sequence[Axes], turned: Sequence[Axes]) -> dict[int, Axes]:
+    """Place -> its orientation by the longest piece of their names, ``p_WLSole`` and ``q_WLSole``.
+
+    It is longer than what the orientation shares with any other place. Empty if one has none.
+    """
+    found: dict[int, tuple[int, Axes]] = {}
+    for axes in turned:
+        pieces = [_shared(axes, place) for place in places]
+        i = int(np.argmax(pieces))
+        if pieces[i] > max(_PIECE, found.get(i, (0, axes))[0]) and pieces.count(pieces[i]) == 1:
+            found[i] = pieces[i], axes
+    return {i: axes for i, (_, axes) in found.items()} if len(found) == len(places) else {}
+
+
+def _shared(one: Axes, other: Axes) -> int:
+    """Letters of the longest piece of both names."""
+    a, b = (f"{axes.before}*{axes.after}".lower() for axes in (one, other))
+    return SequenceMatcher(None, a, b, autojunk=False).find_longest_match().size
+
+
 def rotations(axes: Axes, unit: str = "rad") -> FloatArray:
-    """Foot to world of a quaternion or of ``Rz(yaw) Ry(pitch) Rx(roll)``, shape (n, 3, 3)."""
+    """Foot to world of a quaternion, a matrix or ``Rz(yaw) Ry(pitch) Rx(roll)``, (n, 3, 3)."""
+    if "11" in axes.columns:
+        return nearest_rotations(_three_by_three(axes))
     if "w" in axes.columns:
         return rotations_logged(axes.values("xyzw"))
     rows = len(axes.values(["yaw"]))

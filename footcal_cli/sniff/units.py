@@ -76,8 +76,8 @@ _SUFFIXES = {
     "db": "dB", "dbm": "dB", "ppm": "ppm", "pct": "%", "percent": "%",
 }  # fmt: skip
 _DEGREES = {"c": "degC", "f": "degF", "k": "K"}
-_RATIO = re.compile(r"[_\s.-]+mV[_\s.-]?(?:per[_\s.-]?)?V$", re.IGNORECASE)
-"""What a bridge gives for each volt, without a slash: ``cell_mV_V``."""
+_RATIO = re.compile(r"[_\s.-]+mV(?:[_\s./-]?(?:per[_\s.-]?)?)V$", re.IGNORECASE)
+"""What a bridge gives for each volt: ``cell_mV_V``, ``Anzeige_mV/V``."""
 _SPLIT = re.compile(r"[_\s/.\-,]+")
 _TIMES = "[-_. *·⋅×]?"
 _TORQUE = (

@@ -157,3 +157,9 @@ ANGLES = {
     for word in spellings.split()
 }
 """How the angles about x, y and z of a body are called."""
+NOT_OF_CELLS = {
+    "acc", "accel", "gyro", "gyr", "gyroscope", "imu", "mag", "magnetometer", "ang", "angvel",
+    "velocity", "emg", "ecg", "acceleration", "speed", "distance", "extension", "elongation",
+    "covariance", "cov",
+}  # fmt: skip
+"""Words for what no load cell reads: of an IMU, of muscles, of distances."""

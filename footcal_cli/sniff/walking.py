@@ -22,6 +22,7 @@ from footcal_cli.sniff.groups import bracketed_end, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.split_bodies import joined_body
 from footcal_cli.sniff.stands import standing
 from footcal_cli.sniff.units import split_unit
 
@@ -38,6 +39,8 @@ _PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
 def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
     bodies = [body_of(file) for file in files]
+    if not any(bodies) and len(joined := joined_body(files)) < len(files):
+        files, bodies = joined, [body_of(file) for file in joined]
     files = [
         standing(file) if body is None else body.file
         for file, body in zip(files, bodies, strict=True)
@@ -52,7 +55,7 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     ]  # fmt: skip
     feet = _by_names([c for _, c in cells])
     if body is not None and not (feet and {*feet} <= body.swings.keys()):
-        feet = _by_steps(body, files, cells)
+        feet = _as_the_feet(body, [c for _, c in cells]) or _by_steps(body, files, cells)
     if not feet or (body is None and [c.name.side for _, c in cells] == feet):
         return files
     named = _named([c for _, c in cells], feet)
@@ -93,6 +96,18 @@ def _by_names(cells: Sequence[ColumnGuess]) -> list[str]:
 def _sides(cells: Sequence[ColumnGuess]) -> list[str]:
     sides = [c.name.side for c in cells]
     return sides if min(sides.count("left"), sides.count("right")) > 1 and all(sides) else []
+
+
+def _as_the_feet(body: BodyLog, cells: Sequence[ColumnGuess]) -> list[str]:
+    """The foot of each cell that is called by a word as one of the stream's feet: DE, TD."""
+    found = []
+    for cell in cells:
+        words = re.split(r"[\W_]+", split_unit(cell.column)[0].lower())
+        found.append([foot for foot in body.swings if foot in words])
+    if not all(len(own) == 1 for own in found):
+        return []
+    feet = [own[0] for own in found]
+    return feet if {*feet} == {*body.swings} else []
 
 
 def _by_steps(
@@ -147,6 +162,9 @@ def _range(values: FloatArray) -> float:
 
 def _named(cells: Sequence[ColumnGuess], feet: Sequence[str]) -> list[ColumnGuess]:
     """Cells called by their foot and by what tells them apart there: ``lc_i1`` is left, 1."""
+    if len({*feet}) == len(feet) > 2:  # a cell in the point of each
+        return [replace(c, name=NameGuess("reading", side=foot, factor=c.name.factor))
+                for c, foot in zip(cells, feet, strict=True)]  # fmt: skip
     names = [split_unit(c.column)[0] for c in cells]
     stems = [name.removesuffix(bracketed_end(names)) for name in names]
     groups = {foot: [s for s, own in zip(stems, feet, strict=True) if own == foot] for foot in feet}

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from footcal_cli.tables.columns import (
     AXIS_COLUMNS,
+    NINE,
     TableType,
     base_columns,
     body_table,
@@ -24,7 +25,8 @@ from footcal_cli.tables.columns import (
 _ENDINGS = (
     "_counts", *(f"_{axis}" for axis in AXIS_COLUMNS), *(f"_foot_{a}_m" for a in "xyz"),
     *(f"_foot_{angle}_rad" for angle in ("roll", "pitch", "yaw")),
-    *(f"_foot_q{a}" for a in "xyzw"), "_cop_x_m", "_cop_y_m",
+    *(f"_foot_q{a}" for a in "xyzw"), *(f"_foot_r{n}" for n in NINE),
+    "_cop_x_m", "_cop_y_m",
 )  # fmt: skip
 """Endings of columns that are named after a channel, a foot or a transducer."""
 

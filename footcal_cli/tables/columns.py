@@ -106,7 +106,8 @@ ROTVEC = tuple(f"body_rotvec_{a}_rad" for a in "xyz")
 ZYZ = ("body_z1_rad", "body_y2_rad", "body_z3_rad")
 XYZ = ("body_x1_rad", "body_y2_rad", "body_z3_rad")
 AXIS_ANGLE = ("body_axis_x", "body_axis_y", "body_axis_z", "body_angle_rad")
-MATRIX = tuple(f"body_r{i}{j}" for i in "123" for j in "123")
+NINE = tuple(f"{i}{j}" for i in "123" for j in "123")
+MATRIX = tuple(f"body_r{n}" for n in NINE)
 BODY_GRAVITY = tuple(f"body_gravity_{a}" for a in "xyz")
 GRAVITY = tuple(f"gravity_{a}" for a in "xyz")
 AXIS_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
@@ -273,14 +274,12 @@ def body_table(feet: Sequence[str]) -> TableType:
     feet_columns: list[Column] = []
     for foot in feet:
         feet_columns += [stream(f"{foot}_foot_{a}_m", f"position of foot {foot}") for a in "xyz"]
-        feet_columns += [stream(f"{foot}_foot_yaw_rad", f"heading of foot {foot}", True)]
         feet_columns += [
             stream(f"{foot}_foot_{angle}_rad", f"Rz(yaw) Ry(pitch) Rx(roll) of foot {foot}", True)
-            for angle in ("roll", "pitch")
+            for angle in ("yaw", "roll", "pitch")
         ]
-        feet_columns += [
-            stream(f"{foot}_foot_q{a}", f"orientation of foot {foot}", True) for a in "xyzw"
-        ]
+        frame = (*(f"q{a}" for a in "xyzw"), *(f"r{n}" for n in NINE))
+        feet_columns += [stream(f"{foot}_foot_{a}", f"frame of foot {foot}", True) for a in frame]
     vectors = (
         ("com_acc_{}_mps2", "xyz"),
         ("com_vel_{}_mps", "xyz"),
@@ -288,7 +287,8 @@ def body_table(feet: Sequence[str]) -> TableType:
         ("imu_acc_{}_mps2", "xyz"),
         ("imu_gyro_{}_radps", "xyz"),
     )
-    quaternions = [(f"{foot}_foot_q{{}}", "xyzw") for foot in feet]
+    both = (("q", "xyzw"), ("r", NINE))
+    frames = [(f"{foot}_foot_{kind}{{}}", axes) for foot in feet for kind, axes in both]
     return TableType(
         "body",
         (
@@ -307,7 +307,7 @@ def body_table(feet: Sequence[str]) -> TableType:
             *(stream(f"imu_gyro_{a}_radps", "angular rate at the IMU", True) for a in "xyz"),
             *feet_columns,
         ),
-        whole=tuple(tuple(name.format(a) for a in axes) for name, axes in (*vectors, *quaternions)),
+        whole=tuple(tuple(name.format(a) for a in axes) for name, axes in (*vectors, *frames)),
     )
 
 

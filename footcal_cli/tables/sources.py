@@ -30,11 +30,21 @@ _TIMES = ("time_s", "time_ms", "time_us", "time_ns")
 
 
 def source_names(path: Path, reading: Reading) -> list[str]:
-    """Columns of a log and of the files joined to it, these as ``<stem>.<column>``."""
+    """Columns of a log and of the files joined to it, these as ``<stem>.<column>``.
+
+    A file whose stem is the log's, as ``walk.com`` next to ``walk.lsole``, is called by its name.
+    """
     names = column_names(path, reading.layout)
     for join in reading.joins:
-        names += [f"{_stem(join.path)}.{name}" for name in source_names(join.path, join.reading)]
+        own = source_names(join.path, join.reading)
+        names += [before + name for before in _before(path, join.path) for name in own]
     return names
+
+
+def _before(path: Path, joined: Path) -> list[str]:
+    """What stands before the columns of a joined file."""
+    alike = stem_of(path) == stem_of(joined)
+    return [f"{stem_of(joined)}.", *([f"{joined.name}."] if alike else [])]
 
 
 def row_time(reading: Reading) -> ForeignColumn | None:
@@ -280,8 +290,10 @@ def _joined(
     path: Path, reading: Reading, join: Join, wanted: set[str], rows: int, texts: set[str]
 ) -> dict[str, RawColumn]:
     """Columns of another file at the rows of this one, some of them as `texts`."""
-    prefix = f"{_stem(join.path)}."
-    asked = {name: name.removeprefix(prefix) for name in wanted if name.startswith(prefix)}
+    asked = {
+        name: name.removeprefix(before) for before in _before(path, join.path) for name in wanted
+        if name.startswith(before)
+    }  # fmt: skip
     if not asked:
         return {}
     there = {
@@ -379,5 +391,6 @@ def time_of(path: Path, reading: Reading) -> NDArray[np.float64]:
     return values.astype(np.float64)
 
 
-def _stem(path: Path) -> str:
+def stem_of(path: Path) -> str:
+    """A log's name without its ending."""
     return path.name.removesuffix(".gz").rsplit(".", 1)[0]

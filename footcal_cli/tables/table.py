@@ -40,6 +40,7 @@ from footcal_cli.tables.logfiles import (
     write_parquet_pieces,
 )
 from footcal_cli.tables.longfiles import give_back, is_long, raw_pieces
+from footcal_cli.tables.matrices import rotations_of_columns, with_feet_turned
 from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
 from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.rawcolumn import RawColumn
@@ -234,7 +235,8 @@ def _canonical(
     if not len(frame):
         raise DataError("no rows", file=path, remedy="record the log again")
     source = {name: p.column or name for name, p in parts[0][0].found.items()}
-    frame = with_z_up(with_attitude(frame, table, path, world_up), world_up)
+    frame = with_attitude(with_feet_turned(frame, path), table, path, world_up)
+    frame = with_z_up(frame, world_up)
     return Table(frame, path, sha256, source, tuple(read_as), tuple(findings), beside)
 
 
@@ -300,7 +302,6 @@ def with_attitude(
         return frame
     from footcal_cli.core.spatial import (
         about_axes,
-        nearest_rotations,
         quaternions_of,
         rotations_of_euler,
         rotations_of_gravity,
@@ -316,19 +317,11 @@ def with_attitude(
         AXIS_ANGLE: lambda numbers: rotations_of_rotvec(about_axes(numbers)),
         # gravity points down whatever the log calls its axes
         BODY_GRAVITY: lambda numbers: TO_Z_UP[up].T @ rotations_of_gravity(numbers),
-        MATRIX: lambda numbers: nearest_rotations(numbers.reshape(-1, 3, 3)),
+        MATRIX: lambda _: rotations_of_columns(frame, "body", path),
     }
     form = next((names for names in forms if set(names) <= set(frame.columns)), None)
     if form is None:
         return frame
     numbers = frame[list(form)].to_numpy(dtype=np.float64)
     rotations = forms[form](numbers)
-    if form is MATRIX:
-        bad = np.isnan(rotations).any(axis=(1, 2)) & np.isfinite(numbers).all(axis=1)
-        if bad.any():
-            raise DataError(
-                "body_r11 … body_r33 are no rotation matrix", file=path,
-                row=f"row {int(np.argmax(bad)) + 1} of the data",
-                remedy="check their order: row by row, body to world",
-            )  # fmt: skip
     return frame.assign(**dict(zip(QUATERNION, quaternions_of(rotations).T, strict=True)))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 WorldUp = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
-TO_Z_UP: Mapping[str, FloatArray] = {
+TO_Z_UP: Mapping[WorldUp, FloatArray] = {
     "+z": np.eye(3),
     "-z": np.diag([1.0, -1.0, -1.0]),
     "+y": np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]),

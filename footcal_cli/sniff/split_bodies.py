@@ -1,0 +1,92 @@
+"""A body's stream that stands in several files: a file for the CoM, one for each foot.
+
+Room: sniff; asked by walking. Recorders write a file for each topic. None of them is a body's
+stream alone; joined at the stamps of one of them they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.bodies import body_of
+from footcal_cli.sniff.groups import wrenches
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
+from footcal_cli.sniff.triples import angles, axes_of
+from footcal_cli.sniff.unnamed import unnamed
+from footcal_cli.tables.sources import stem_of
+
+_LEAST_ROWS, _OVERLAP = 50, 0.5
+"""Rows of a stream, and the share of one's time that another must be there in."""
+
+
+def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
+    """Logs with the files of one body's stream made one; as they are where there is none.
+
+    It stands for the file whose stamps it has, the others are its `joined`.
+    """
+    streams = [file for file in files if _may_move(file)]
+    if len(streams) < 2:
+        return list(files)
+    streams.sort(key=lambda file: not file.of("com"))
+    first, joined = streams[0], []
+    columns = list(first.columns)
+    for file in streams[1:]:
+        own = _at_stamps(first, file)  # columns by the names that `called` gives them
+        if own:
+            joined.append(file)
+            columns += own
+    body = body_of(replace(first, columns=tuple(columns)))
+    if body is None:
+        return list(files)
+    used = {c.column for c in body.file.of("com", "com_acc", "motion")}
+    theirs = [file for file in joined if used & {called(first, file, c) for c in file.columns}]
+    there = {called(first, file, c) for file in theirs for c in file.columns}
+    kept = {c.column for c in first.columns} | (used & there)
+    whole = replace(
+        first, columns=tuple(c for c in columns if c.column in kept), joined=tuple(theirs)
+    )
+    return [whole if file is first else file for file in files
+            if all(file is not own for own in theirs)]  # fmt: skip
+
+
+def called(first: FileGuess, file: FileGuess, column: ColumnGuess) -> str:
+    """The name of a joined file's column: behind its stem, or its name where stems are the same."""
+    alike = stem_of(first.path) == stem_of(file.path)
+    return f"{file.path.name if alike else stem_of(file.path)}.{column.column}"
+
+
+def _may_move(file: FileGuess) -> bool:
+    """Whether a log with stamps has places or angles, and no transducers or known loads."""
+    if not file.of("time") or file.of("load") or file.rows < _LEAST_ROWS or wrenches(file):
+        return False
+    named = [c for c in file.columns if c.values is not None]
+    return bool(axes_of(named) or angles(named) or unnamed(named[1:])[0])
+
+
+def _at_stamps(first: FileGuess, file: FileGuess) -> list[ColumnGuess]:
+    """Columns of a file at the stamps of the first one; none where both hardly overlap."""
+    ours, theirs = (seconds_of(one.of("time")[0]) for one in (first, file))
+    if ours is None or theirs is None or not _together(ours, theirs):
+        return []
+    made = []
+    for column in file.columns:
+        values = column.values
+        if values is None or column.quantity == "time":
+            continue
+        good = np.isfinite(values) & np.isfinite(theirs)
+        if good.sum() < _LEAST_ROWS:
+            continue
+        order = np.argsort(theirs[good], kind="stable")
+        read = np.interp(ours, theirs[good][order], values[good][order])
+        made.append(replace(column, column=called(first, file, column), values=read))
+    return made
+
+
+def _together(ours: FloatArray, theirs: FloatArray) -> bool:
+    low = max(np.nanmin(ours), np.nanmin(theirs))
+    high = min(np.nanmax(ours), np.nanmax(theirs))
+    return bool(high - low > _OVERLAP * max(np.ptp(ours), np.ptp(theirs)))
