@@ -26,6 +26,7 @@ from footcal_cli.sniff.vocabulary import (
     OF_A_LEG,
     PLACES,
     SAID_OTHERWISE,
+    SCATTER,
     SIDES,
     WORDS,
 )
@@ -210,7 +211,7 @@ def name_guess(name: str) -> NameGuess:
         else None
     )
     words = words_of(stem)
-    if _SPREAD.search(plain):
+    if _SPREAD.search(plain) or SCATTER & {*words}:
         return NameGuess("other", unit=unit)
     side, place, rest = _address(words)
     quantity, axis, used = _quantity(stem, words, unit)

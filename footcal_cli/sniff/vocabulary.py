@@ -62,6 +62,13 @@ for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
 
+SCATTER = {
+    "stdev", "stddev", "sdev", "stdabw", "standardabweichung", "streuung", "écarttype",
+    "ecarttype", "desvest", "desviación", "desviacion", "desvio", "deviazione", "odchylka",
+    "odchylenie", "keskihajonta", "hajonta", "standardavvik", "standardavvikelse",
+    "standaardafwijking", "szórás", "scatter", "sigma", "标准差", "標準偏差",
+}  # fmt: skip
+"""Words for a standard deviation, whatever stands around them."""
 NUMBERS = {"no", "nr", "num", "number", "nummer", "numero", "número", "numéro", "bangou", "id"}
 """What a name says that counts things: ``cell no``, ``Zelle Nr``."""
 COUNTED = ("ch", "chan", "kanal", "canal")
