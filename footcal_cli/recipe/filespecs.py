@@ -137,7 +137,9 @@ class FileSpec(Layout):
     the other columns are filled in from their own rows, no farther than 0.1 s away.
     `pivot` turns a table with a row for each foot or cell into one with a row per sample.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
-    row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
+    row per entry, distinguished by the column `wide_into`; with ``wide_into = "reading"`` they are
+    readings of one cell, taken one after another in each row. `join` brings in columns of other
+    files.
     """
 
     match: str = "*"

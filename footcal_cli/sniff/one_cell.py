@@ -51,6 +51,18 @@ def one_cell(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
     return found is not None and found.one_line > _BY_CHANCE
 
 
+def in_one_row(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
+    """Whether the readings of a row were taken under one load, one after another.
+
+    Where loads come again from row to row, the rows are what happened; else each column may be a
+    ladder by itself, and is one where it is called after the way of its loads.
+    """
+    ways = any({*words_of(split_unit(c.column)[0])} & _WAYS for c in cells)
+    force = numbers_of(load)
+    force = force[np.isfinite(force)]
+    return not ways and bool(np.unique(force).size < force.size)
+
+
 def without_their_mean(cells: Sequence[ColumnGuess]) -> list[ColumnGuess]:
     """Readings of one cell without the column that is the mean of all others, as it is printed."""
     for cell in cells if len(cells) > 2 else ():
