@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.bench.changes import ParameterChange
 from footcal_cli.core.bench.channel import ChannelFit
+from footcal_cli.core.bench.hands import wrong_until
 from footcal_cli.core.bench.regression import Curvature
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.effects import TABLE
@@ -114,6 +115,23 @@ def creep_sentence(study: ChannelStudy) -> str | None:
     return f"{text}."
 
 
+def late_sentence(study: ChannelStudy, tolerance_n: float) -> str | None:
+    """Errors in the first seconds of loads alone: the weight came later than its number."""
+    record = study.record
+    if study.samples is None or np.unique(record.session).size > 1:
+        return None
+    known = record.known
+    rows = (record.time_s[known], record.load_n[known], record.reading[known])
+    until = wrong_until(*rows, tolerance_n)
+    if until is None:
+        return None
+    return (
+        f"{study.channel}: errors above {number(tolerance_n, 2)} N lie in the first "
+        f"{number(until, 2)} s after changes of load: of weights that came later than their "
+        f"number plateaus.settle_s = {np.ceil(until + 1.0):.0f} in [offline_fit] leaves them out."
+    )
+
+
 def weights_verdict(
     studies: Sequence[ChannelStudy], curvature: Curvature | None, tolerance_n: float
 ) -> VerdictRecord:
@@ -125,6 +143,7 @@ def weights_verdict(
     bad = [fit for fit in bad if fit.channel not in moved]
     details = [text for study in extended if (text := study_sentence(study))]
     details += misfit_sentences(bad) + zero_sentences(moved)
+    details += [text for study in studies if (text := late_sentence(study, tolerance_n))]
     details += [text for study in studies if (text := creep_sentence(study))]
     bent = curvature_sentence([study.affine for study in studies], curvature)
     if extended:
