@@ -147,6 +147,10 @@ def read_placements(
         hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])[at]
 
         load = np.concatenate([table.number("load_n") for table in tables])[at]
+        # an empty plate has no CoP: its readings are zeros, at no place of the foot
+        kept = load != 0.0
+        if kept.any():
+            at, counts, hole, load = at[kept], counts[kept], hole[kept], load[kept]
         nominal, zero = robot.nameplate.scale_n_per_count, float(np.median(-bias / scale))
         rows = PlacementRows(
             cells=channels,
@@ -161,6 +165,21 @@ def read_placements(
         before = None if nominal is None else replace(rows, forces_n=nominal * (counts - zero))
         names = np.concatenate([table.text("placement") for table in tables])[at]
         found[str(foot)] = PlacementLog(rows, _named_by_place(names.astype(str), hole), before)
+    return found
+
+
+def empty_plate(tables: Sequence[Table], robot: Robot) -> dict[tuple[str, ...], FloatArray]:
+    """Channels of each foot -> its readings (n, c) in rows in which nothing lay on it."""
+    found = {}
+    for foot in robot.feet:
+        cells = tuple(robot.feet[foot].cells)
+        columns = [f"{cell}_counts" for cell in cells]
+        own = [
+            table.numbers(columns)[(table.text("foot") == foot) & (table.number("load_n") == 0.0)]
+            for table in tables if set(columns) <= set(table.data.columns)
+        ]  # fmt: skip
+        if sum(map(len, own)):
+            found[tuple(f"{foot}_{cell}" for cell in cells)] = np.concatenate(own)
     return found
 
 
