@@ -147,10 +147,6 @@ def read_placements(
         hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])[at]
 
         load = np.concatenate([table.number("load_n") for table in tables])[at]
-        # an empty plate has no CoP: its readings are zeros, at no place of the foot
-        kept = load != 0.0
-        if kept.any():
-            at, counts, hole, load = at[kept], counts[kept], hole[kept], load[kept]
         nominal, zero = robot.nameplate.scale_n_per_count, float(np.median(-bias / scale))
         rows = PlacementRows(
             cells=channels,
@@ -158,7 +154,7 @@ def read_placements(
             cell_pos_m=position,
             hole_m=hole,
             load_n=load,
-            placement=holes_of(hole),
+            placement=_empty_with_others(holes_of(hole), load),
             min_force_n=min_force_n,
         )
         # nameplate scale, common zero: what a foot reads before anyone calibrates it
@@ -181,6 +177,18 @@ def empty_plate(tables: Sequence[Table], robot: Robot) -> dict[tuple[str, ...], 
         if sum(map(len, own)):
             found[tuple(f"{foot}_{cell}" for cell in cells)] = np.concatenate(own)
     return found
+
+
+def _empty_with_others(placement: IntArray, load_n: FloatArray) -> IntArray:
+    """Placements (n,) in which an empty plate goes with the hole before it, or the first one.
+
+    It is at no hole: what leaves out one hole after the other would leave out all that is empty.
+    """
+    loaded = np.flatnonzero(load_n != 0.0)
+    if not loaded.size:
+        return placement
+    before = np.searchsorted(loaded, np.arange(load_n.size), side="right") - 1
+    return placement[loaded[np.maximum(before, 0)]]
 
 
 def _visits(tables: Sequence[Table]) -> IntArray:

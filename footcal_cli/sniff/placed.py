@@ -80,7 +80,8 @@ def at_holes(
     empty = _always_empty(label, numbers_of(load))
     words = sorted(label.words, key=lambda word: (len(word), word))
     names = {word: "0" if word in empty else ASKED for word in words}
-    entry = Entry(own, "mm", names=names, sure="guess", why=HOLES.why)
+    free = f"; {', '.join(sorted(empty))}: the empty foot, its zeros" * bool(empty)
+    entry = Entry(own, "mm", names=names, sure="guess", why=HOLES.why + free)
     plan = _plan(file, own, {f"hole_{a}_m": entry for a in "xy"}, load, cells)
     return replace(plan, blanks=(HOLES, *plan.blanks))
 
@@ -162,19 +163,33 @@ def _with_load(
         **times(file, needed=False)[0],
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
-    foot = labels[0].words[0] if labels else side or "foot"
-    lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",
-             *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
+    feet = labels[0].words if labels else (side or "foot",)
     return LogPlan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
-        "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
-        blanks=(Blank(lines, WHERE), WEIGHTS),
+        "offline-fit", "placements", entries, channels_of(feet, tuple(named)),
+        blanks=(where_cells(feet, tuple(named)), WEIGHTS),
     )  # fmt: skip
+
+
+def channels_of(feet: Sequence[str], cells: Sequence[str]) -> tuple[str, ...]:
+    """Channels of feet that have cells of the same names."""
+    return tuple(f"{foot}_{cell}" for foot in feet for cell in cells)
+
+
+def where_cells(feet: Sequence[str], cells: Sequence[str]) -> Blank:
+    """Where the cells of each foot sit, to be filled in."""
+    lines = []
+    for foot in feet:
+        lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
+        lines += [f"# {cell} = {{ x_m = , y_m =  }}" for cell in cells]
+    return Blank(tuple(lines), WHERE)
 
 
 def _as_written(name: str, cell: ColumnGuess) -> str:
     """A cell's name; that of its column where the name is but its number: ``s1`` of ``S1_mV``."""
     stem = slug(split_unit(cell.column)[0])
+    if cell.name.side and cell.name.owner and not cell.name.place:
+        return stem  # kakato_hidari is no more than left by its side
     number = name.removeprefix("cell_").isdigit() or name.replace("_", "") == stem
     return stem if number else name
 

@@ -29,6 +29,7 @@ from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered, numbered_beside
 from footcal_cli.sniff.one_by_one import marked_files
 from footcal_cli.sniff.one_sign import of_one_sign
+from footcal_cli.sniff.placed_feet import by_foot
 from footcal_cli.sniff.placed_files import placed_files
 from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
@@ -92,7 +93,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         if made is None:
             others += group
         else:
-            parts.append(made)
+            parts.append(by_foot(made))
     parts, others = with_bodies(without_twins(parts), others)
     parts, others = with_index(parts, others)
     placed, left = with_places(parts, others)
