@@ -18,6 +18,8 @@ from footcal_cli.sniff.groups import channel_names, slug
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.names import without_side
 from footcal_cli.sniff.plan import (
+    FORCES,
+    IN_NEWTON,
     NOT_SAID,
     Blank,
     Entry,
@@ -164,10 +166,12 @@ def _with_load(
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
     feet = labels[0].words if labels else (side or "foot",)
+    forces = all(c.unit in FORCES for c in cells)  # what they are off by, placements show
     return LogPlan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
         "offline-fit", "placements", entries, channels_of(feet, tuple(named)),
-        blanks=(where_cells(feet, tuple(named)), WEIGHTS),
+        robot=(IN_NEWTON,) * forces,
+        blanks=(where_cells(feet, tuple(named)), *(WEIGHTS,) * (not forces)),
     )  # fmt: skip
 
 
