@@ -21,6 +21,7 @@ from footcal_cli.core.bench.placement_rows import (
 )
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.intake.empty_plate import carried, with_others
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions
 from footcal_cli.tables.columns import cop_points_table, placements_table
@@ -139,14 +140,16 @@ def read_placements(
                 "scale_n_per_count in [robot.nameplate] where its maker calibrated it",
             )
         columns = [f"{cell}_counts" for cell in cells]
-        counts = np.concatenate([table.numbers(columns) for table in tables])[at]
-        first, counts = filmed_visits(counts, _visits(tables)[at])
-        at = np.flatnonzero(at)[first]
         scale, bias = np.array([calibration[channel] for channel in channels]).T
+        every = np.concatenate([table.numbers(columns) for table in tables])
+        known = np.concatenate([table.number("load_n") for table in tables])
+        at[at] = ~carried(every[at] * scale, known[at])
+        first, counts = filmed_visits(every[at], _visits(tables)[at])
+        at = np.flatnonzero(at)[first]
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[foot].cells.values()])
         hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])[at]
 
-        load = np.concatenate([table.number("load_n") for table in tables])[at]
+        load = known[at]
         nominal, zero = robot.nameplate.scale_n_per_count, float(np.median(-bias / scale))
         rows = PlacementRows(
             cells=channels,
@@ -154,7 +157,7 @@ def read_placements(
             cell_pos_m=position,
             hole_m=hole,
             load_n=load,
-            placement=_empty_with_others(holes_of(hole), load),
+            placement=with_others(holes_of(hole), load),
             min_force_n=min_force_n,
         )
         # nameplate scale, common zero: what a foot reads before anyone calibrates it
@@ -162,33 +165,6 @@ def read_placements(
         names = np.concatenate([table.text("placement") for table in tables])[at]
         found[str(foot)] = PlacementLog(rows, _named_by_place(names.astype(str), hole), before)
     return found
-
-
-def empty_plate(tables: Sequence[Table], robot: Robot) -> dict[tuple[str, ...], FloatArray]:
-    """Channels of each foot -> its readings (n, c) in rows in which nothing lay on it."""
-    found = {}
-    for foot in robot.feet:
-        cells = tuple(robot.feet[foot].cells)
-        columns = [f"{cell}_counts" for cell in cells]
-        own = [
-            table.numbers(columns)[(table.text("foot") == foot) & (table.number("load_n") == 0.0)]
-            for table in tables if set(columns) <= set(table.data.columns)
-        ]  # fmt: skip
-        if sum(map(len, own)):
-            found[tuple(f"{foot}_{cell}" for cell in cells)] = np.concatenate(own)
-    return found
-
-
-def _empty_with_others(placement: IntArray, load_n: FloatArray) -> IntArray:
-    """Placements (n,) in which an empty plate goes with the hole before it, or the first one.
-
-    It is at no hole: what leaves out one hole after the other would leave out all that is empty.
-    """
-    loaded = np.flatnonzero(load_n != 0.0)
-    if not loaded.size:
-        return placement
-    before = np.searchsorted(loaded, np.arange(load_n.size), side="right") - 1
-    return placement[loaded[np.maximum(before, 0)]]
 
 
 def _visits(tables: Sequence[Table]) -> IntArray:

@@ -84,7 +84,8 @@ def at_zeros(
     The empty plate is a log of its own (``[data] zeros``), or the placements' rows without a load.
     Without a bench the calibration of ``--parameters`` gets them.
     """
-    from footcal_cli.intake.placed_weights import empty_plate, placed
+    from footcal_cli.intake.empty_plate import empty_plate
+    from footcal_cli.intake.placed_weights import placed
 
     paths = session.recipe.data_paths("zeros")
     tables = placed(session)
@@ -97,7 +98,11 @@ def at_zeros(
     if paths:
         zeros, where = _read(session, channels), paths[0].name
     else:
-        read = empty_plate(tables, session.recipe.robot)
+        scale = {
+            name.removesuffix(".scale"): own[name]
+            for own in estimates for name in own.names if name.endswith(".scale")
+        }  # fmt: skip
+        read = empty_plate(tables, session.recipe.robot, scale)
         if not read:
             return list(estimates)
         each = [_zeros_of(session, [rows], own) for own, rows in read.items()]

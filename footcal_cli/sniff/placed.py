@@ -37,6 +37,8 @@ _LEAST = 3
 """So many cells share a load, on so many holes."""
 _FOLLOWS, _EXPLAINED = 0.95, 0.98
 """What the load explains of a reading under weights of its own; what load and hole explain here."""
+NOTHING_ON = "empty"
+"""What an empty cell of a column of holes means."""
 ASKED = NOT_SAID
 """The place of a hole that no log says."""
 HOLES = Blank(
@@ -114,10 +116,14 @@ def by_one_weight(
         places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
         asked: tuple[Blank, ...] = ()
     else:
-        labels = [label for c in file.of("placement") if (label := as_label(c)) is not None]
+        found = (_free_between(c) if file.of("time") else None for c in file.of("placement"))
+        labels = [label for label in found if label is not None]
+        labels += [label for c in file.of("placement") if (label := as_label(c)) is not None]
         if not labels:
             return None
         point = next(c for c in file.columns if c.column == labels[0].column)
+        if "" in labels[0].words:
+            point = replace(point, names={"": NOTHING_ON})
         words = sorted(labels[0].words, key=lambda word: (len(word), word))
         codes, empty = loaded_places(labels[0])
         names = {word: "0" if word in empty else ASKED for word in words}
@@ -133,6 +139,14 @@ def by_one_weight(
     return replace(
         plan, why="holes, and readings that share one weight", blanks=(WEIGHT, *asked, *plan.blanks)
     )
+
+
+def _free_between(column: ColumnGuess) -> ColumnGuess | None:
+    """A running log's column of holes that is empty while nothing lies on them; None without."""
+    if column.codes is None or len(column.words) < _LEAST or not np.any(column.codes < 0):
+        return None
+    codes = np.where(column.codes < 0, 0, column.codes + 1)
+    return replace(column, words=("", *column.words), codes=codes)
 
 
 def _plan(

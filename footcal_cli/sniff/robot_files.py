@@ -102,6 +102,13 @@ def with_one_name(
             [*columns.values()],
         )) for p in parts
     ]  # fmt: skip
+    if len({*feet}) == 1:  # by what is alike in their names, where none is the same
+        of_foot = {f"{feet[0]}_{cell}": column for cell, column in within.items()}
+        renamed = [
+            p if p.plan.role != "weights" or {*p.plan.channels} & {*of_foot} else
+            replace(p, plan=_renamed(p.plan, named_as(p.plan, of_foot), []))
+            for p in renamed
+        ]  # fmt: skip
     renamed = in_one_unit(renamed)
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
     voltage = _voltage(renamed)
