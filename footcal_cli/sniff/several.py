@@ -23,7 +23,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.known_pieces import with_known_pieces
-from footcal_cli.sniff.lifted import with_lifted
+from footcal_cli.sniff.lifted import in_the_air_apart, with_lifted
 from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered, numbered_beside
@@ -88,6 +88,7 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     if len(alike) == 1 and not placed_apart and (made := marked_files(alike[0])) is not None:
         return [made], []
     parts, others = placed_apart, []
+    alike = [own for whole in alike for own in in_the_air_apart(whole)]
     for group in [own for whole in alike for own in by_experiment(whole)]:
         made = alike_part(group)
         if made is None:
