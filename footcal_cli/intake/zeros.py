@@ -137,9 +137,7 @@ def _read(session: Session[Any], channels: Sequence[str]) -> Zeros:
     return _zeros_of(session, logs, channels)
 
 
-def _zeros_of(
-    session: Session[Any], logs: Sequence[FloatArray], channels: Sequence[str]
-) -> Zeros:
+def _zeros_of(session: Session[Any], logs: Sequence[FloatArray], channels: Sequence[str]) -> Zeros:
     """Zeros by readings (n, c) of one or more logs, those that go one way being said."""
     from footcal_cli.core.checks.streams import check_zeros_in_order
 

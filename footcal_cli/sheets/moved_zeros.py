@@ -16,8 +16,8 @@ from footcal_cli.sheets.weights import inadequate
 _MOST = 3
 _MOST_ZEROS = 6
 TAKE_ZEROS = (
-    "Where the logs have none, take zeros as the cells are used: `zeros` in [data], of the robot in "
-    "the air or the empty plate."
+    "Where the logs have none, take zeros as the cells are used: `zeros` in [data], of the robot "
+    "in the air or the empty plate."
 )
 
 

@@ -134,7 +134,9 @@ def of_both_feet(columns: list[ColumnGuess]) -> bool:
     return min(sides.count("left"), sides.count("right")) > 1
 
 
-_HEIGHT = Entry(value="0.8", sure="guess", why="no log says how high it is: at rest it hardly matters")
+_HEIGHT = Entry(
+    value="0.8", sure="guess", why="no log says how high it is: at rest it hardly matters"
+)
 WHERE = "no log says where the cells sit"
 _STANCE_ROWS = 20
 _COUNTED = "the stamps begin again, with each stance: rows are counted at their usual rate instead"

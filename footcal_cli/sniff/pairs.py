@@ -54,8 +54,11 @@ def pair_of_columns(
         test = split_lines(force, read, codes_of(both))
         feet = _names_feet(first) or _names_feet(second)
         called = feet and any(_CELLS & {*words_of(c.column)} for c in (first, second))
-        if test is None or not called and not (
-            _splits(force, read, one, other, feet) and _splits(force, read, other, one, feet)
+        if test is None or (
+            not called
+            and not (
+                _splits(force, read, one, other, feet) and _splits(force, read, other, one, feet)
+            )
         ):
             continue
         found.append((test.variance, len(found), both))

@@ -21,6 +21,7 @@ from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
+from footcal_cli.sniff.hung_in_stand import with_hung_stance
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.known_pieces import with_known_pieces
 from footcal_cli.sniff.lifted import in_the_air_apart, with_lifted
@@ -52,6 +53,8 @@ def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     parts, others = _planned(walked(with_shafts(with_known_pieces(files))))
     made = [replace(part, plan=rate_asked(as_said_above(without_silent_rows(part.plan))))
             for part in parts]  # fmt: skip
+    if not any(part.plan.role == "zeros" for part in made):
+        made = [replace(part, plan=with_hung_stance(part.plan)) for part in made]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
             replace(part, plan=replace(part.plan, blanks=tuple(

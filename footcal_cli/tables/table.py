@@ -47,6 +47,7 @@ from footcal_cli.tables.reading import READ_AGAIN, ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.values import narrowed
 from footcal_cli.tables.world import TO_Z_UP, WorldUp, with_z_up
+from footcal_cli.tables.zeros_apart import zeros_apart
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -146,9 +147,10 @@ def read_table(
     reading = _reading(columns)
     table = with_plates(table, reading.plates)
     parts = [
-        (places, source_columns(path, reading, places.found, _texts(table)))
-        for places in places_of(table, reading, path)
-    ]
+        (places, zeros_apart(
+            source_columns(path, reading, places.found, _texts(table)), reading, table, path
+        )) for places in places_of(table, reading, path)
+    ]  # fmt: skip
     beside = {join.path: digest(join.path) for join in reading.joins}
     read = _canonical(
         parts, table, path, digest(path), gravity_mps2, beside, reading.world_up,
@@ -187,7 +189,8 @@ def read_pieces(
         and not (p.pattern or p.names or p.held or p.only_where or p.missing or p.followed_by)
         for p in found.values()
     )
-    if len(places) > 1 or reading.plates or not (reading.layout.plain and own and bare):
+    whole = len(places) > 1 or reading.plates or reading.zeros_where
+    if whole or not (reading.layout.plain and own and bare):
         yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
         return
     sha256 = digest(path)

@@ -28,9 +28,7 @@ def streams(folder: Path, late_s: tuple[float, float], word: str) -> list[Path]:
         lying = np.array(LOADS)[np.searchsorted(came, stamps, side="right") - 1]
         read = zero + lying * 9.80665e-3 / SCALE + rng.normal(0, 500, stamps.size)
         lines = [f"# HX711 10 SPS {word} {cell}", "millis,ham,agirlik_g"]
-        lines += [
-            f"{1e3 * t:.0f},{r:.0f},{g}" for t, r, g in zip(stamps, read, typed, strict=True)
-        ]
+        lines += [f"{1e3 * t:.0f},{r:.0f},{g}" for t, r, g in zip(stamps, read, typed, strict=True)]
         path = folder / f"hx711_{word}{cell}.txt"
         path.write_text("\n".join(lines) + "\n")
         paths.append(path)

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+
 from tests.conftest import Run
 
 CELLS = {"K1187": (120, 50), "K1188": (120, -50), "K1194": (-80, 42), "K1201": (-80, -42)}
