@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells
+from footcal_cli.sniff.cells import UNNAMED, cells_in_time, said_to_be_cells, toml_key
 from footcal_cli.sniff.feet_weighed import (
     beside_a_weight,
     in_kilograms,

@@ -1,4 +1,4 @@
-"""A flattened bag of a foot's cells: the hole stands in each row, empty while a weight is carried."""
+"""A flattened bag of a foot's cells: each row has the hole, empty while a weight is carried."""
 
 from __future__ import annotations
 

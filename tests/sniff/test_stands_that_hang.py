@@ -1,4 +1,4 @@
-"""Stands in which the robot hung once: a file among those of the stands, or a stance among others."""
+"""Stands in which the robot hung once: a file among the stands, or a stance among others."""
 
 from __future__ import annotations
 
