@@ -98,11 +98,11 @@ def at_zeros(
     if paths:
         zeros, where = _read(session, channels), paths[0].name
     else:
-        scale = {
+        scales = {
             name.removesuffix(".scale"): own[name]
             for own in estimates for name in own.names if name.endswith(".scale")
         }  # fmt: skip
-        read = empty_plate(tables, session.recipe.robot, scale)
+        read = empty_plate(tables, session.recipe.robot, scales)
         if not read:
             return list(estimates)
         each = [_zeros_of(session, [rows], own) for own, rows in read.items()]

@@ -59,8 +59,8 @@ def written(folder: Path, tongue: str) -> list[Path]:
             for run in (1, 2, 3):
                 zero = rng.normal(0, 0.02)
                 for kg in (0, 1, 2, 4, 8, 4, 2, 1, 0):
-                    read = zero + kg * 9.80665 / SCALE + rng.normal(0, 3e-4)
-                    bench.append(f"{foot},{cell},{run},{kg},{read:.4f}")
+                    out = zero + kg * 9.80665 / SCALE + rng.normal(0, 3e-4)
+                    bench.append(f"{foot},{cell},{run},{kg},{out:.4f}")
     path = folder / "single_bench.csv"
     path.write_text("\n".join(bench) + "\n")
     return [*paths, path]
@@ -76,8 +76,7 @@ def filled(text: str) -> str:
                     line = line.replace(f'"{name}" = "?"', f'"{name}" = "{1e3 * place[at]:g}"')
         line = re.sub(r"^# (\[robot.feet)", r"\1", line)
         if "x_m = , y_m" in line:
-            at = tuple(CELLS)[place_of(line)]
-            x, y = CELLS[at]
+            x, y = CELLS[tuple(CELLS)[place_of(line)]]
             line = f"{line[2:].partition(' = ')[0]} = {{ x_m = {x}, y_m = {y} }}"
         lines.append(line)
     return "\n".join(lines) + "\n"
