@@ -63,8 +63,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     for name in dict.fromkeys(foot):
         mine = np.flatnonzero(foot == name)
         if all(f"{name}_{cell}" in known for cell in cells):
-            newtons = np.array([known[f"{name}_{cell}"][0] for cell in cells])
-            mine = mine[~carried(counts[mine] * newtons, load[mine])]
+            each = np.array([known[f"{name}_{cell}"][0] for cell in cells])
+            mine = mine[~carried(counts[mine] * each, load[mine])]
         if timed:
             mine = mine[np.argsort(stamps[mine], kind="stable")]
         when = stamps[mine] if timed else None
