@@ -21,6 +21,7 @@ from footcal_cli.core.bench.placement_rows import (
 )
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import UsageError, nearest
+from footcal_cli.intake.empty_plate import carried, with_others
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions
 from footcal_cli.tables.columns import cop_points_table, placements_table
@@ -139,14 +140,16 @@ def read_placements(
                 "scale_n_per_count in [robot.nameplate] where its maker calibrated it",
             )
         columns = [f"{cell}_counts" for cell in cells]
-        counts = np.concatenate([table.numbers(columns) for table in tables])[at]
-        first, counts = filmed_visits(counts, _visits(tables)[at])
-        at = np.flatnonzero(at)[first]
         scale, bias = np.array([calibration[channel] for channel in channels]).T
+        every = np.concatenate([table.numbers(columns) for table in tables])
+        known = np.concatenate([table.number("load_n") for table in tables])
+        at[at] = ~carried(every[at] * scale, known[at])
+        first, counts = filmed_visits(every[at], _visits(tables)[at])
+        at = np.flatnonzero(at)[first]
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[foot].cells.values()])
         hole = np.concatenate([table.numbers(["hole_x_m", "hole_y_m"]) for table in tables])[at]
 
-        load = np.concatenate([table.number("load_n") for table in tables])[at]
+        load = known[at]
         nominal, zero = robot.nameplate.scale_n_per_count, float(np.median(-bias / scale))
         rows = PlacementRows(
             cells=channels,
@@ -154,7 +157,7 @@ def read_placements(
             cell_pos_m=position,
             hole_m=hole,
             load_n=load,
-            placement=holes_of(hole),
+            placement=with_others(holes_of(hole), load),
             min_force_n=min_force_n,
         )
         # nameplate scale, common zero: what a foot reads before anyone calibrates it

@@ -81,20 +81,38 @@ def at_zeros(
     """Estimates of a bench with the zeros of the placements' empty plate; as they are without.
 
     A plate that is screwed to cells loads them: it moves their zeros from where the bench had them.
+    The empty plate is a log of its own (``[data] zeros``), or the placements' rows without a load.
     Without a bench the calibration of ``--parameters`` gets them.
     """
-    paths = session.recipe.data_paths("zeros")
-    if not paths:
-        return list(estimates)
+    from footcal_cli.intake.empty_plate import empty_plate
     from footcal_cli.intake.placed_weights import placed
 
-    if not placed(session):
+    paths = session.recipe.data_paths("zeros")
+    tables = placed(session)
+    if not tables:
         return list(estimates)
     if not estimates:
-        if session.parameters is not None:
+        if paths and session.parameters is not None:
             use_zeros(session, channels)
         return []
-    zeros, made, moved = _read(session, channels), [], {}
+    if paths:
+        zeros, where = _read(session, channels), paths[0].name
+    else:
+        scales = {
+            name.removesuffix(".scale"): own[name]
+            for own in estimates for name in own.names if name.endswith(".scale")
+        }  # fmt: skip
+        read = empty_plate(tables, session.recipe.robot, scales)
+        if not read:
+            return list(estimates)
+        each = [_zeros_of(session, [rows], own) for own, rows in read.items()]
+        channels = [channel for own in read for channel in own]
+        zeros = Zeros(
+            np.concatenate([z.counts for z in each]),
+            np.concatenate([z.spread_counts for z in each]), min(z.lifts for z in each),
+        )  # fmt: skip
+        where = f"{tables[0].path.name}, rows without a load"
+    made, moved = [], dict[str, float]()
     for own in estimates:
         turn, apart, values = np.eye(len(own.names)), np.zeros(len(own.names)), own.values.copy()
         for channel, zero in zip(channels, zeros.counts, strict=True):
@@ -109,15 +127,20 @@ def at_zeros(
             own, values=values, covariance=turn @ own.covariance @ turn.T + np.diag(apart)
         ))  # fmt: skip
     if moved:
-        session.note([_moved(moved, paths[0].name)])
+        session.note([_moved(moved, where)])
     return made
 
 
 def _read(session: Session[Any], channels: Sequence[str]) -> Zeros:
-    from footcal_cli.core.checks.streams import check_zeros_in_order
-
     names = [f"{channel}_counts" for channel in channels]
     logs = [table.numbers(names) for table in session.read_beside(zeros_table(channels), "zeros")]
+    return _zeros_of(session, logs, channels)
+
+
+def _zeros_of(session: Session[Any], logs: Sequence[FloatArray], channels: Sequence[str]) -> Zeros:
+    """Zeros by readings (n, c) of one or more logs, those that go one way being said."""
+    from footcal_cli.core.checks.streams import check_zeros_in_order
+
     each = -(-_PIECES // len(logs))
     pieces = [piece for log in logs for piece in np.array_split(log, min(each, len(log)))]
     means = np.array([np.nanmean(piece, axis=0) for piece in pieces])
@@ -169,5 +192,5 @@ def _moved(moved: Mapping[str, float], log: str) -> Finding:
         "zeros", "note", log,
         f"the zeros of {len(moved)} cells are those of this log, not the calibration's: the "
         f"bias of {most} moves most, by {moved[most]:.3g} N",
-        "take zeros out of [data] to keep those of the calibration",
+        "take these readings out of the logs to keep the zeros of the calibration",
     )  # fmt: skip

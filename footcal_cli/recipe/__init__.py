@@ -289,7 +289,7 @@ class Recipe(Frozen):
             joins.append(Join(beside, other, *how, join.only_where))
         return Reading(
             {**self.columns, **spec.columns}, spec.layout(), spec.rate_hz, spec.wide_into,
-            spec.wide, tuple(joins), spec.rows_of, plates, self.robot.world_up,
+            spec.wide, tuple(joins), spec.rows_of, plates, self.robot.world_up, spec.zeros_where,
         )  # fmt: skip
 
     def _spec_of(self, path: Path) -> FileSpec | None:

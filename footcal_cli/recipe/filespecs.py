@@ -137,7 +137,10 @@ class FileSpec(Layout):
     the other columns are filled in from their own rows, no farther than 0.1 s away.
     `pivot` turns a table with a row for each foot or cell into one with a row per sample.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
-    row per entry, distinguished by the column `wide_into`. `join` brings in columns of other files.
+    row per entry, distinguished by the column `wide_into`; with ``wide_into = "reading"`` they are
+    readings of one cell, taken one after another in each row. `zeros_where` names rows in which
+    the cells carry nothing (``{ stance = "0" }``): the file as ``zeros`` of ``[data]`` is these
+    rows, and all others else. `join` brings in columns of other files.
     """
 
     match: str = "*"
@@ -150,6 +153,7 @@ class FileSpec(Layout):
     pivot: PivotSpec | None = None
     wide_into: str = "channel"
     wide: dict[str, dict[str, Place]] = Field(default_factory=dict)
+    zeros_where: dict[str, str] = Field(default_factory=dict)
     join: tuple[JoinSpec, ...] = ()
 
     @model_validator(mode="after")

@@ -11,13 +11,14 @@ from dataclasses import replace
 
 from footcal_cli.core.quality import Finding
 
-_NUMBER = re.compile(r"\d+")
+_NUMBER = re.compile(r"(?:(?<=[\s(])[-+−])?\d+(?:,\d{3})*(?:\.\d+)?")
+"""A number with its sign, its groups of thousands and its decimals."""
 _FEWEST = 3
 """Fewer findings with different numbers stay apart."""
 
 
 def one_per_cause(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings that differ in their channel, and in whole numbers, joined to the first of them.
+    """Findings that differ in their channel, and in numbers, joined to the first of them.
 
     ``a: 3 of 90 samples are missing`` and the same of b and c is one line of a, b, c; numbers that
     differ are given as a range, ``3 … 5 of 90``.
@@ -36,11 +37,15 @@ def one_per_cause(findings: Sequence[Finding]) -> list[Finding]:
 
 def _joined(group: Sequence[Finding]) -> Finding:
     where = ", ".join(dict.fromkeys(finding.where for finding in group))
-    columns = zip(*(map(int, _NUMBER.findall(finding.sentence)) for finding in group), strict=True)
-    ranges = iter([(min(column), max(column)) for column in columns])
+    columns = zip(*(_NUMBER.findall(finding.sentence) for finding in group), strict=True)
+    ranges = iter([(min(column, key=_value), max(column, key=_value)) for column in columns])
 
     def spelled(found: re.Match[str]) -> str:
         low, high = next(ranges)
-        return found[0] if low == high else f"{low} … {high}"
+        return found[0] if _value(low) == _value(high) else f"{low} … {high}"
 
     return replace(group[0], where=where, sentence=_NUMBER.sub(spelled, group[0].sentence))
+
+
+def _value(text: str) -> float:
+    return float(text.replace("−", "-").replace(",", ""))

@@ -100,7 +100,9 @@ def weights_findings(
 def _weights(table: Table, robot: Robot) -> list[Finding]:
     channel = table.text("channel")
     load, counts = table.number("load_n"), table.number("counts")
-    session = table.text("session") if "session" in table else np.full(len(table), "")
+    # repeats are sessions where no column says these: a zero may move between them
+    of = next((name for name in ("session", "repeat") if name in table), None)
+    session = np.full(len(table), "") if of is None else table.text(of).astype(str)
     found: list[Finding] = []
     for name in dict.fromkeys(channel):
         mine = channel == name

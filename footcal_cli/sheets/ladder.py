@@ -8,12 +8,14 @@ import numpy as np
 
 from footcal_cli.core.bench.changes import ParameterChange
 from footcal_cli.core.bench.channel import ChannelFit
+from footcal_cli.core.bench.hands import wrong_until
 from footcal_cli.core.bench.regression import Curvature
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.effects import TABLE
 from footcal_cli.records.display_units import display_unit
 from footcal_cli.records.results import RmseRow, VerdictRecord
 from footcal_cli.report import Sheet, number, with_sd
+from footcal_cli.sheets.moved_zeros import zero_sentences, zeros_alone, zeros_verdict
 from footcal_cli.sheets.weights import (
     NEXT_RECORDING,
     curvature_sentence,
@@ -113,6 +115,23 @@ def creep_sentence(study: ChannelStudy) -> str | None:
     return f"{text}."
 
 
+def late_sentence(study: ChannelStudy, tolerance_n: float) -> str | None:
+    """Errors in the first seconds of loads alone: the weight came later than its number."""
+    record = study.record
+    if study.samples is None or np.unique(record.session).size > 1:
+        return None
+    known = record.known
+    rows = (record.time_s[known], record.load_n[known], record.reading[known])
+    until = wrong_until(*rows, tolerance_n)
+    if until is None:
+        return None
+    return (
+        f"{study.channel}: errors above {number(tolerance_n, 2)} N lie in the first "
+        f"{number(until, 2)} s after changes of load: of weights that came later than their "
+        f"number plateaus.settle_s = {np.ceil(until + 1.0):.0f} in [offline_fit] leaves them out."
+    )
+
+
 def weights_verdict(
     studies: Sequence[ChannelStudy], curvature: Curvature | None, tolerance_n: float
 ) -> VerdictRecord:
@@ -120,8 +139,11 @@ def weights_verdict(
     extended = [study for study in studies if study.ladder is not None and study.ladder.rungs]
     plain = [study.affine for study in studies if study not in extended]
     bad = inadequate(plain, tolerance_n)
+    moved = zeros_alone(studies, [fit.channel for fit in bad], tolerance_n)
+    bad = [fit for fit in bad if fit.channel not in moved]
     details = [text for study in extended if (text := study_sentence(study))]
-    details += misfit_sentences(bad)
+    details += misfit_sentences(bad) + zero_sentences(moved)
+    details += [text for study in studies if (text := late_sentence(study, tolerance_n))]
     details += [text for study in studies if (text := creep_sentence(study))]
     bent = curvature_sentence([study.affine for study in studies], curvature)
     if extended:
@@ -131,7 +153,7 @@ def weights_verdict(
         )
         left = [s.ladder.held_out.rmse for s in extended if s.ladder is not None]
         before = [s.ladder.rows[0].held_out_rmse_n for s in extended if s.ladder is not None]
-        good = not bad and max(left) <= tolerance_n
+        good = not bad and not moved and max(left) <= tolerance_n
         return VerdictRecord(
             level="good" if good else "warning",
             sentence=f"{_some(len(extended), len(studies))} more than a scale and a "
@@ -148,6 +170,8 @@ def weights_verdict(
             actions=("Weigh at three loads or more, each of them twice.",),
             details=tuple(details),
         )
+    if moved and not bad:
+        return zeros_verdict(moved, _share(len(moved), len(studies)), details)
     if not bad:
         worst = max((study.affine for study in studies), key=lambda fit: fit.worst_n)
         return VerdictRecord(

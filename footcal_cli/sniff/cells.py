@@ -17,6 +17,7 @@ from footcal_cli.sniff.plan import (
     IN_NEWTON,
     MASS,
     Blank,
+    Entry,
     LogPlan,
     extras,
     reading_entry,
@@ -67,6 +68,8 @@ def cells_in_time(file: FileGuess, cells: list[ColumnGuess], *, legs: bool = Fal
         dict.fromkeys(name.partition("_")[0] for name in named)
     ), {**time, **read})  # fmt: skip
     body = still.entries
+    if {"com_x_m", "com_y_m"} <= {*body} and "com_z_m" not in body and not walks(body):
+        body = {**body, "com_z_m": _HEIGHT}
     again = bool(body) and not walks(body) and _begins_again(file)
     if again:
         time, rate = {}, float(f"{file.rate_hz:.4g}")
@@ -132,6 +135,9 @@ def of_both_feet(columns: list[ColumnGuess]) -> bool:
     return min(sides.count("left"), sides.count("right")) > 1
 
 
+_HEIGHT = Entry(
+    value="0.8", sure="guess", why="no log says how high it is: at rest it hardly matters"
+)
 WHERE = "no log says where the cells sit"
 _STANCE_ROWS = 20
 _COUNTED = "the stamps begin again, with each stance: rows are counted at their usual rate instead"

@@ -16,6 +16,7 @@ from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Entry, LogPlan, cell_name
+from footcal_cli.sniff.tokens import DAY
 
 _BY_CHANCE = 1e-6
 """How rarely files of one cell are so far apart by chance."""
@@ -23,6 +24,7 @@ _OTHER_SCALE = 0.005
 """No remounting changes the scale of one cell by so much; cells of one make differ by more."""
 _RUNS = {"repeat", "session", "sequence"}
 _NAME = re.compile(r"(?!.*\d{4})[\w-]{1,20}")
+_NAMED = re.compile(r"[\w-]{1,20}")
 """A name of a cell; four digits are of a date."""
 
 
@@ -47,9 +49,13 @@ def files_of_cells(
     letters = re.search(r"[^\W\d_]*$", names.head)
     before = letters[0] if letters else ""
     words = [before + word for word in names.middle]
-    if name_guess(before).quantity in _RUNS or not all(map(_NAME.fullmatch, words)):
-        return None
     said = all(_said_above(file, word) for file, word in zip(group, words, strict=True))
+    # a number of so many digits is a date, unless a line above calls the cell so
+    named = _NAMED if said else _NAME
+    if name_guess(before).quantity in _RUNS or not all(map(named.fullmatch, words)):
+        return None
+    if any(DAY.fullmatch(word) for word in words):
+        return None
     if not _other_lines(plan, group, named=said):
         return None
     expression = f"^{re.escape(names.head[: len(names.head) - len(before)])}({before}.+)"
@@ -65,7 +71,7 @@ def with_channel(plan: LogPlan, called: dict[str, str], expression: str, why: st
         names={word: name for word, name in called.items() if word != name},
     )  # fmt: skip
     entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
-    if "counts" not in entries:
+    if "counts" not in entries and not plan.wide:
         entries["counts"] = next(v for k, v in plan.entries.items() if k.endswith("_counts"))
     return replace(
         plan, kind="known weights, one file per channel", role="weights",
@@ -81,7 +87,8 @@ def _said_above(file: FileGuess, word: str) -> bool:
 
 def _other_lines(plan: LogPlan, group: Sequence[FileGuess], *, named: bool) -> bool:
     """Whether the readings of each file lie on a line of their own."""
-    columns = [plan.entries[name].column for name in ("load_n", "counts") if name in plan.entries]
+    every = {**next(iter(plan.wide.values()), {}), **plan.entries}  # of several, the first reading
+    columns = [every[name].column for name in ("load_n", "counts") if name in every]
     found = [c.column for c in columns if c is not None]
     if len(found) < 2:
         return False

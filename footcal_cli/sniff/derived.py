@@ -14,9 +14,11 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
 from footcal_cli.sniff.names import STATISTICS, words_of
 from footcal_cli.sniff.units import LENGTHS, split_unit
+from footcal_cli.sniff.vocabulary import SCATTER
 
 _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
+_SCATTERS = {"std", "sd", "dev", "var", "variance", "rms", "sem", *SCATTER}
 _LEAST_SUMMARIES = 2
 _EXTREMES = re.compile(r"[\W_]*(?:min|max|minimum|maximum)[\W_]*", re.IGNORECASE)
 _CENTRE = re.compile(r"[\W_]*(?:mean|avg|average|median)[\W_]*", re.IGNORECASE)
@@ -31,8 +33,29 @@ _PRINTED = 1e-5
 
 def without_derived(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """A table's columns, those worked out of others, and positions, as no reading."""
-    columns = _whole_quaternions(columns)
+    columns = _without_scatter(_whole_quaternions(columns))
     return _without_tared(_without_extremes(_without_multiples(_without_places(columns))))
+
+
+def _without_scatter(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """Scatter beside the mean of one quantity: ``StdCounts`` next to ``MeanCounts``.
+
+    ``std`` by itself may be a standard: it is scatter where another name says the same without it.
+    """
+    said = {c.column: frozenset(words_of(split_unit(c.column)[0])) for c in columns}
+
+    def scatter(column: ColumnGuess) -> bool:
+        own = said[column.column]
+        rest = own - _SCATTERS
+        return rest < own and any(
+            rest == said[c.column] - set(_CENTRES) for c in columns if c is not column
+        )
+
+    why = "the scatter of what was read"
+    return [
+        c.as_quantity("other", "likely", why) if c.values is not None and scatter(c) else c
+        for c in columns
+    ]
 
 
 def _whole_quaternions(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -18,7 +18,8 @@ from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of, seconds_of
 from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
 from footcal_cli.sniff.levers import with_levers
-from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load, unlike
+from footcal_cli.sniff.loads import belongs_to, loads_and_cells, share_the_load
+from footcal_cli.sniff.meant_load import meant
 from footcal_cli.sniff.motion import without_motion
 from footcal_cli.sniff.names import ADDED, STATISTICS, NameGuess, name_guess, words_of
 from footcal_cli.sniff.numbered import numbered
@@ -82,7 +83,9 @@ def plan_of(file: FileGuess) -> LogPlan | None:
     if runs is not None and all(STATISTICS & {*words_of(c.column)} for c in cells):
         return runs
     if loads and cells:
-        return _as_typed(file, loads, cells) or _once(weights(file, loads, cells), loads)
+        one = meant(loads, cells)
+        plan = _as_typed(file, one.loads, cells) or weights(file, one.loads, cells)
+        return one.said_in(_once(plan, one.loads))
     across = loads_across(file)
     if across is not None:
         return across
@@ -186,14 +189,6 @@ def why_not(file: FileGuess) -> tuple[str, str] | None:
             f"readings of {len(apart)} cells below each other, one row per cell and stamp",
             "write one row per stamp, a column for each cell "
             f"({', '.join(f'{name}_counts' for name in apart[:3])}, …), or known loads in a column",
-        )
-    apart_from = [] if len(loads) == len(cells) > 1 else unlike(loads, cells)
-    if apart_from:
-        one, other = loads[0].column, apart_from[0].column
-        return (
-            f"two columns of loads, {one} and {other}, that do not agree",
-            f"say in [columns] which one is meant, or that one comes on top: load_n = {{ column = "
-            f'"{one}", unit = "…", plus = {{ {toml_key(other)} = "…" }} }}',
         )
     scaled = belongs_to(file, loads, cells)
     if scaled is not None:

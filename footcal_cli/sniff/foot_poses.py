@@ -119,6 +119,9 @@ def _placed(part: Part, poses: _Poses) -> Part:
             )
             for side, (rows, pose) in poses.feet.items() for end, column in pose.items()
         }  # fmt: skip
+        flat = Entry(value="0.0", sure="likely", why="no height is said: soles on the floor")
+        low = {name: flat for side in _SIDES if (name := f"{side}_foot_z_m") not in feet}
+        feet |= {name: entry for name, entry in low.items() if name not in entries}
         blanks = tuple(b for b in part.plan.blanks if b.why != WHERE_FEET_STAND)
         return replace(part, plan=replace(part.plan, entries={**entries, **feet}, blanks=blanks))
     return part

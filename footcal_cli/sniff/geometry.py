@@ -5,6 +5,7 @@ Room: sniff; asked by several.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ from footcal_cli.sniff.guesses import FileGuess, numbers_of
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Blank, LogPlan
 from footcal_cli.sniff.six_axis import UNPLACED, WHERE_LEGS
-from footcal_cli.sniff.units import metres_per
+from footcal_cli.sniff.units import metres_per, split_unit
 
 _LARGEST_M = 2.0
 """No robot is longer; places without a unit that lie further out are in mm."""
@@ -85,6 +86,8 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     if asked is None or not places:
         return plan
     by_address = {name_guess(name).address or name: at for name, at in places.items()}
+    holes = plan.entries.get("hole_x_m")  # one sheet may place cells and holes
+    called = {n: at for n, at in places.items() if holes is None or n not in holes.names}
     feet: dict[str, list[str]] = {}
     for channel in plan.channels:
         # cells of placements are called within their foot
@@ -92,6 +95,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         read = next((plan.entries[name] for name in names if name in plan.entries), None)
         own = "" if read is None or read.column is None else read.column.column
         at = places.get(own) or places.get(channel) or by_address.get(channel)
+        at = at or _within(own, called)
         if at is None:
             return plan
         foot, _, cell = channel.partition("_")
@@ -100,3 +104,15 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     tables = tuple("\n".join([f"[robot.feet.{f}.cells]", *lines]) for f, lines in feet.items())
     blanks: tuple[Blank, ...] = tuple(blank for blank in plan.blanks if blank is not asked)
     return replace(plan, robot=(*plan.robot, *tables), blanks=blanks)
+
+
+def _within(column: str, places: _Places) -> tuple[float, ...] | None:
+    """The place of the one name that a column's ends with: ``K1187`` of ``F_K1187_N``."""
+    own = _plain(split_unit(column)[0])
+    found = [at for name, at in places.items()
+             if re.search(r"[^\W\d_]", name) and own.endswith(_plain(name))]  # fmt: skip
+    return found[0] if len(found) == 1 else None
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name).lower()

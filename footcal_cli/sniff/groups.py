@@ -200,7 +200,7 @@ def slug(name: str) -> str:
 
 def without_unit(name: str) -> str:
     """A cell's name without the word for its reading: ``links_1_counts`` is ``links_1``."""
-    return re.sub(r"_(counts|cnt|cts|n|adc|raw|data)$", "", name)
+    return re.sub(r"(?:_(?:counts|cnt|cts|n|adc|raw|data))+$", "", name)
 
 
 def are_two_plates(columns: Sequence[ColumnGuess]) -> bool:

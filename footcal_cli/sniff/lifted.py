@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
@@ -38,6 +39,8 @@ def with_lifted(
     cells = [part for part in parts if part.plan.role == "cells"]
     standing = [part for part in parts if part.plan.role == "placements"]
     standing = standing or [part for part in cells if _stands(part)]
+    if len(standing) > 1:  # one that hangs may have the body's motion, too
+        standing = [part for part in standing if not _spoken(part.plan.file)]
     if len(standing) != 1:
         return list(parts), list(others)
     made = [
@@ -55,6 +58,17 @@ def with_lifted(
         else:
             made.append(Part(zeros, (file.path,), escaped(file.path.name)))
     return made, left
+
+
+def in_the_air_apart(group: list[FileGuess]) -> list[list[FileGuess]]:
+    """Stands with the same columns in two groups where some are called after a robot in the air."""
+    hung = [file for file in group if _spoken(file)]
+    if not hung or len(hung) == len(group) or not group[0].of("time"):
+        return [group]
+    plan = plan_of(next(file for file in group if not _spoken(file)))
+    if plan is None or plan.role != "cells":
+        return [group]
+    return [[file for file in group if all(file is not own for own in hung)], hung]
 
 
 def _stands(part: Part) -> bool:
@@ -84,7 +98,7 @@ def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:
     plate = standing.plan.role == "placements"
     if plate and not all(_idle(own[e.column.column], e.column) for e in read.values() if e.column):
         return None
-    if file.of("com") or (file.of("time") and not _spoken(file) and not plate):
+    if not _spoken(file) and (file.of("com") or (file.of("time") and not plate)):
         return None
     foot = standing.plan.channels[0].partition("_")[0] if plate else ""
     entries: dict[str, Entry] = {

@@ -215,6 +215,9 @@ def _closest(loads: list[ColumnGuess], cells: Sequence[ColumnGuess]) -> list[Col
     """
     if len(loads) < 2 or not cells or unlike(loads, list(cells)):
         return loads
+    stated = [c for c in loads if c.unit in LOADS]
+    if 0 < len(stated) < len(loads) != len(cells):  # how many weights, and what they weigh
+        return [*_closest(stated, cells), *(c for c in loads if c not in stated)]
     if len(loads) == len(cells) or any(c.unit not in LOADS for c in loads):
         return loads
     read = [numbers_of(c) for c in cells]

@@ -27,6 +27,7 @@ from footcal_cli.sniff.vocabulary import (
     OF_A_LEG,
     PLACES,
     SAID_OTHERWISE,
+    SCATTER,
     SIDES,
     WORDS,
 )
@@ -34,7 +35,7 @@ from footcal_cli.sniff.vocabulary import Quantity as Quantity
 from footcal_cli.tables.units import TIMES
 
 _CAMEL = re.compile(
-    r"[A-Z]+(?![a-zà-öø-ÿ])|[A-Z]?[a-zà-öø-ÿ]+|\d+|[А-Яа-яЁёÀ-ÿ]+|[\u3041-\u30ff\u4e00-\u9fff]+"
+    r"[A-Z]+(?![a-zà-öø-ž])|[A-Z]?[a-zà-öø-ž]+|\d+|[А-Яа-яЁёÀ-ž]+|[\u3041-\u30ff\u4e00-\u9fff]+"
 )
 _ASKED_OR_MEASURED = re.compile(r"(soll|ist|ziel)(kraft|last|gewicht|masse|wert|moment)")
 _CENTRE = re.compile(r"(?<![A-Za-ce-z])[Cc]o[MP](?![a-z])")
@@ -207,7 +208,7 @@ def name_guess(name: str) -> NameGuess:
         else None
     )
     words = words_of(stem)
-    if _SPREAD.search(plain):
+    if _SPREAD.search(plain) or SCATTER & {*words}:
         return NameGuess("other", unit=unit)
     side, place, rest = _address(words)
     quantity, axis, used = _quantity(stem, words, unit)

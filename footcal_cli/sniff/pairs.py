@@ -14,13 +14,15 @@ import numpy as np
 from footcal_cli.core.bench.split_lines import SplitLines, split_lines
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.guesses import ColumnGuess, codes_of
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.names import name_guess, words_of
+from footcal_cli.sniff.vocabulary import OF_A_ROW
 
 _BY_CHANCE = 1e-6
 """How rarely groups of one cell are so far apart by chance: a few columns per log, many logs."""
 _NAMED = 1e-3
 """The same where one of the columns names feet: what the other says is of a cell or of a run."""
 _MOST = 0.5
+_CELLS = {*OF_A_ROW, "loadcell", "lc"}
 
 
 def pair_of_columns(
@@ -31,7 +33,8 @@ def pair_of_columns(
     Within most rows of one text of either column the other column must split the readings
     :math:`y = a_g + b_g F` into lines of their own, in zero and slope: runs after another tare
     share their slopes, places on one cell their zero. Where one of the columns names feet, a
-    line of its own is enough.
+    line of its own is enough; and nothing is asked of the readings where the other is called after
+    cells (``sensor``): cells of one make under moving zeros have lines that look alike.
 
     Parameters
     ----------
@@ -50,8 +53,12 @@ def pair_of_columns(
             continue  # one of them says it all
         test = split_lines(force, read, codes_of(both))
         feet = _names_feet(first) or _names_feet(second)
-        if test is None or not (
-            _splits(force, read, one, other, feet) and _splits(force, read, other, one, feet)
+        called = feet and any(_CELLS & {*words_of(c.column)} for c in (first, second))
+        if test is None or (
+            not called
+            and not (
+                _splits(force, read, one, other, feet) and _splits(force, read, other, one, feet)
+            )
         ):
             continue
         found.append((test.variance, len(found), both))

@@ -18,6 +18,8 @@ from footcal_cli.sniff.groups import channel_names, slug
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 from footcal_cli.sniff.names import without_side
 from footcal_cli.sniff.plan import (
+    FORCES,
+    IN_NEWTON,
     NOT_SAID,
     Blank,
     Entry,
@@ -35,6 +37,8 @@ _LEAST = 3
 """So many cells share a load, on so many holes."""
 _FOLLOWS, _EXPLAINED = 0.95, 0.98
 """What the load explains of a reading under weights of its own; what load and hole explain here."""
+NOTHING_ON = "empty"
+"""What an empty cell of a column of holes means."""
 ASKED = NOT_SAID
 """The place of a hole that no log says."""
 HOLES = Blank(
@@ -80,7 +84,8 @@ def at_holes(
     empty = _always_empty(label, numbers_of(load))
     words = sorted(label.words, key=lambda word: (len(word), word))
     names = {word: "0" if word in empty else ASKED for word in words}
-    entry = Entry(own, "mm", names=names, sure="guess", why=HOLES.why)
+    free = f"; {', '.join(sorted(empty))}: the empty foot, its zeros" * bool(empty)
+    entry = Entry(own, "mm", names=names, sure="guess", why=HOLES.why + free)
     plan = _plan(file, own, {f"hole_{a}_m": entry for a in "xy"}, load, cells)
     return replace(plan, blanks=(HOLES, *plan.blanks))
 
@@ -111,10 +116,14 @@ def by_one_weight(
         places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
         asked: tuple[Blank, ...] = ()
     else:
-        labels = [label for c in file.of("placement") if (label := as_label(c)) is not None]
+        found = (_free_between(c) if file.of("time") else None for c in file.of("placement"))
+        labels = [label for label in found if label is not None]
+        labels += [label for c in file.of("placement") if (label := as_label(c)) is not None]
         if not labels:
             return None
         point = next(c for c in file.columns if c.column == labels[0].column)
+        if "" in labels[0].words:
+            point = replace(point, names={"": NOTHING_ON})
         words = sorted(labels[0].words, key=lambda word: (len(word), word))
         codes, empty = loaded_places(labels[0])
         names = {word: "0" if word in empty else ASKED for word in words}
@@ -130,6 +139,14 @@ def by_one_weight(
     return replace(
         plan, why="holes, and readings that share one weight", blanks=(WEIGHT, *asked, *plan.blanks)
     )
+
+
+def _free_between(column: ColumnGuess) -> ColumnGuess | None:
+    """A running log's column of holes that is empty while nothing lies on them; None without."""
+    if column.codes is None or len(column.words) < _LEAST or not np.any(column.codes < 0):
+        return None
+    codes = np.where(column.codes < 0, 0, column.codes + 1)
+    return replace(column, words=("", *column.words), codes=codes)
 
 
 def _plan(
@@ -162,19 +179,35 @@ def _with_load(
         **times(file, needed=False)[0],
         **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
     }
-    foot = labels[0].words[0] if labels else side or "foot"
-    lines = (f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin",
-             *(f"# {name} = {{ x_m = , y_m =  }}" for name in named))  # fmt: skip
+    feet = labels[0].words if labels else (side or "foot",)
+    forces = all(c.unit in FORCES for c in cells)  # what they are off by, placements show
     return LogPlan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
-        "offline-fit", "placements", entries, tuple(f"{foot}_{name}" for name in named),
-        blanks=(Blank(lines, WHERE), WEIGHTS),
+        "offline-fit", "placements", entries, channels_of(feet, tuple(named)),
+        robot=(IN_NEWTON,) * forces,
+        blanks=(where_cells(feet, tuple(named)), *(WEIGHTS,) * (not forces)),
     )  # fmt: skip
+
+
+def channels_of(feet: Sequence[str], cells: Sequence[str]) -> tuple[str, ...]:
+    """Channels of feet that have cells of the same names."""
+    return tuple(f"{foot}_{cell}" for foot in feet for cell in cells)
+
+
+def where_cells(feet: Sequence[str], cells: Sequence[str]) -> Blank:
+    """Where the cells of each foot sit, to be filled in."""
+    lines = []
+    for foot in feet:
+        lines.append(f"# [robot.feet.{foot}.cells]    # x forward, y left, from the foot's origin")
+        lines += [f"# {cell} = {{ x_m = , y_m =  }}" for cell in cells]
+    return Blank(tuple(lines), WHERE)
 
 
 def _as_written(name: str, cell: ColumnGuess) -> str:
     """A cell's name; that of its column where the name is but its number: ``s1`` of ``S1_mV``."""
     stem = slug(split_unit(cell.column)[0])
+    if cell.name.side and cell.name.owner and not cell.name.place:
+        return stem  # kakato_hidari is no more than left by its side
     number = name.removeprefix("cell_").isdigit() or name.replace("_", "") == stem
     return stem if number else name
 

@@ -99,6 +99,8 @@ class LogPlan:
         Feet on six-axis transducers, and the recipe's line that says how these are turned in them.
     moving
         The same sensors where the body's motion is known, if that makes more of them.
+    zeros_where
+        Column -> text of the rows in which the robot hangs.
     """
 
     file: FileGuess
@@ -119,6 +121,7 @@ class LogPlan:
     feet: tuple[str, ...] = ()
     mounting: str = ""
     moving: LogPlan | None = None
+    zeros_where: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def ready(self) -> bool:

@@ -76,7 +76,8 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     lines += ["", "[data]"]
     roles: dict[str, list[str]] = {}
     for part in parts:
-        roles.setdefault(part.plan.role, []).extend(_relative(p, target) for p in part.paths)
+        for role in (part.plan.role, *("zeros",) * bool(part.plan.zeros_where)):
+            roles.setdefault(role, []).extend(_relative(p, target) for p in part.paths)
     lines += [f"{role} = [{', '.join(map(_quoted, names))}]" for role, names in roles.items()]
     for part in parts:
         if part.plan.options:
@@ -164,6 +165,10 @@ def listing(parts: Sequence[Part]) -> list[str]:
                 lines.append(f"  {column.column} -> on top of {on_top[column.column]}")
             elif column.column in behind:
                 lines.append(f"  {column.column} -> behind {behind[column.column]}")
+            elif column.column in part.plan.zeros_where:
+                text = part.plan.zeros_where[column.column]
+                lines.append(f"  {column.column} -> zeros where it is {text}   likely: no cell "
+                             "carries anything there")  # fmt: skip
             elif column.column in choosing:
                 lines.append(f"  {column.column} -> which of them the load lies on")
             else:
@@ -199,6 +204,8 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         why = "likely: as said above the table" if known else "guess: the log has no time stamps"
         why = "likely: the usual step of its stamps" if plan.file.of("time") else why
         own.append(f"rate_hz = {plan.rate_hz:g}    # {why}")
+    if plan.zeros_where:
+        own.append(f"zeros_where = {_table(plan.zeros_where)}    # likely: nothing on the cells")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
         if beside.how:

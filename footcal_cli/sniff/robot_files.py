@@ -14,6 +14,7 @@ from footcal_cli.sniff.foot_poses import with_foot_poses
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
+from footcal_cli.sniff.placed_feet import feet_of, of_several_feet
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.six_axis_feet import MOTION, as_mounted
 from footcal_cli.sniff.still_feet import on_still_feet
@@ -94,12 +95,25 @@ def with_one_name(
                     cell = before + name.removesuffix("_counts")
                     cells[entry.column.column] = cells[without_unit(entry.column.column)] = cell
                     columns.setdefault(entry.column.column, entry.column)
+    feet = [foot for part in parts for foot in feet_of(part.plan)]
+    within = {
+        name.removesuffix("_counts"): e.column for part in parts if feet_of(part.plan)
+        for name, e in part.plan.entries.items() if name.endswith("_counts") and e.column
+    }  # fmt: skip
     streamed = {name: column for part in parts for name, column in cells_of(part.plan).items()}
     renamed = [
         replace(p, plan=_ordered(_renamed(
-            p.plan, named_as(p.plan, streamed) or cells, [*columns.values()]
+            p.plan, named_as(p.plan, streamed) or of_several_feet(p.plan, feet, within) or cells,
+            [*columns.values()],
         ), streamed)) for p in parts
     ]  # fmt: skip
+    if len({*feet}) == 1:  # by what is alike in their names, where none is the same
+        of_foot = {f"{feet[0]}_{cell}": column for cell, column in within.items()}
+        renamed = [
+            p if p.plan.role != "weights" or {*p.plan.channels} & {*of_foot} else
+            replace(p, plan=_renamed(p.plan, named_as(p.plan, of_foot), []))
+            for p in renamed
+        ]  # fmt: skip
     renamed = in_one_unit(renamed)
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
     voltage = _voltage(renamed)

@@ -21,14 +21,16 @@ from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
+from footcal_cli.sniff.hung_in_stand import with_hung_stance
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.known_pieces import with_known_pieces
-from footcal_cli.sniff.lifted import with_lifted
+from footcal_cli.sniff.lifted import in_the_air_apart, with_lifted
 from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered, numbered_beside
 from footcal_cli.sniff.one_by_one import marked_files
 from footcal_cli.sniff.one_sign import of_one_sign
+from footcal_cli.sniff.placed_feet import by_foot
 from footcal_cli.sniff.placed_files import placed_files
 from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
@@ -51,6 +53,8 @@ def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     parts, others = _planned(walked(with_shafts(with_known_pieces(files))))
     made = [replace(part, plan=rate_asked(as_said_above(without_silent_rows(part.plan))))
             for part in parts]  # fmt: skip
+    if not any(part.plan.role == "zeros" for part in made):
+        made = [replace(part, plan=with_hung_stance(part.plan)) for part in made]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
         made = [
             replace(part, plan=replace(part.plan, blanks=tuple(
@@ -87,12 +91,13 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     if len(alike) == 1 and not placed_apart and (made := marked_files(alike[0])) is not None:
         return [made], []
     parts, others = placed_apart, []
+    alike = [own for whole in alike for own in in_the_air_apart(whole)]
     for group in [own for whole in alike for own in by_experiment(whole)]:
         made = alike_part(group)
         if made is None:
             others += group
         else:
-            parts.append(made)
+            parts.append(by_foot(made))
     parts, others = with_bodies(without_twins(parts), others)
     parts, others = with_index(parts, others)
     placed, left = with_places(parts, others)

@@ -27,7 +27,7 @@ _ALIKE = (0.5, 2.0)
 
 def loaded_places(label: ColumnGuess) -> tuple[IntArray, set[str]]:
     """Which place each row is of, −1 where a word says that nothing lay there; and these words."""
-    empty = {word for word in label.words if word in DASHES or says_nothing(word)}
+    empty = {w for w in label.words if not w or w in DASHES or says_nothing(w)}
     none = [at for at, word in enumerate(label.words) if word in empty]
     codes = codes_of(label)
     return np.where(np.isin(codes, none), -1, codes), empty

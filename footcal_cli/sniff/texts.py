@@ -148,6 +148,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         kind = "label" if 1 < len(different) <= FEW and len(words) > len(different) else "other"
         if name.quantity in ("reading", "unknown", "load", "sequence") and kind == "label":
             name = replace(name, quantity="label")
+        elif name.quantity == "repeat" and kind == "label":
+            name = replace(name, quantity="session")
         else:
             name = replace(name, quantity="other")
     codes = np.full(len(raw.values), -1)

@@ -27,7 +27,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
     "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt pesa pesas pesata "
-    "fundou omori "
+    "fundou omori hmotnost závaží zatížení masa ciężar obciążenie odważnik tömeg terhelés ağırlık "
+    "agirlik kütle kutle kuorma paino punnus "
     "massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
     "reading": "reading readings counts count raw adc value val signal output fsr cell loadcell "
@@ -35,6 +36,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "lc ain analog a channel ch kanal zelle medida mesure valeur lectura cap capacitance lecture "
     "denatsu voltaje voltaggio "
     "visning avläsning avlesning aflezing uitlezing lukema affichage leitura indicación "
+    "snímač snimac buňka anturi czujnik hücre hucre sensore sensör érzékelő givare opnemer čtení "
+    "hodnota odečet údaj výstup odczyt wskazanie leolvasás okuma ölçüm näyttö "
     "cells loadcells brut brute lettura valore anzeige rohwert rohwerte zählwert ausgabe display "
     "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
     "temperature": "temp temperature temperatur température temperatura ondo amb ambient "
@@ -44,7 +47,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
     "series serie reihe messreihe série round runde zyklus ciclo ronda vuelta pasada cycles tour "
     "tornata giro repetición repeticion pass kaisu volta voltas rodada repetição repeticao varv "
-    "omgång omgang ronde omloop herhaling kierros toisto ripetizione okrążenie kai 回数 轮次 周回",
+    "omgång omgang ronde omloop herhaling kierros toisto ripetizione okrążenie kai "
+    "řada série opakování sarja seria sorozat ismétlés powtórzenie tekrar 回数 轮次 周回",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel fase fázis fáze faza vaihe fas "
     "angolo angulo ángulo ângulo hoek vinkel kulma kąt úhel açı фаза угол 角度 相位 位相",
@@ -62,12 +66,21 @@ for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
 
+SCATTER = {
+    "stdev", "stddev", "sdev", "stdabw", "standardabweichung", "streuung", "écarttype",
+    "ecarttype", "desvest", "desviación", "desviacion", "desvio", "deviazione", "odchylka",
+    "odchylenie", "keskihajonta", "hajonta", "standardavvik", "standardavvikelse",
+    "standaardafwijking", "szórás", "scatter", "sigma", "标准差", "標準偏差",
+}  # fmt: skip
+"""Words for a standard deviation, whatever stands around them."""
 NUMBERS = {"no", "nr", "num", "number", "nummer", "numero", "número", "numéro", "bangou", "id"}
 """What a name says that counts things: ``cell no``, ``Zelle Nr``."""
 COUNTED = ("ch", "chan", "kanal", "canal")
 """A small whole number that is called so says of which channel a row is. Groups of rows below a
 title are called ``channel`` whatever they are of, so that this word alone says less."""
-OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle", "celda", "cella", "cellule", "capteur"}
+OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle", "celda", "cella", "cellule", "capteur",
+            "snímač", "snimac", "buňka", "anturi", "czujnik", "hücre", "hucre", "sensore", "sensör",
+            "érzékelő", "givare", "opnemer", "датчик"}  # fmt: skip
 """Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
 _CENTRE_OF = r"\bcent(?:er|re|ro)[\W_]*(?:of|de la|della|des?|di|do|du)?[\W_]*"
 SAID_OTHERWISE = tuple(

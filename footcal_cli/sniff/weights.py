@@ -17,7 +17,7 @@ from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 from footcal_cli.sniff.holds import short_holds
 from footcal_cli.sniff.names import PUT, words_of
-from footcal_cli.sniff.one_cell import one_cell, without_their_mean
+from footcal_cli.sniff.one_cell import in_one_row, one_cell, without_their_mean
 from footcal_cli.sniff.plan import (
     FORCES,
     Blank,
@@ -41,6 +41,7 @@ from footcal_cli.sniff.which_cell import (
     named_alike,
     one_cell_moves,
 )
+from footcal_cli.tables.reading import READ_AGAIN
 from footcal_cli.tables.units import conversion
 
 _MANY = 10
@@ -138,12 +139,13 @@ def weights(
     wide = {name: {"counts": reading_entry(column)} for name, column in named.items()}
     if one_cell(load, cells):
         channel = Entry(value="cell", why="readings without names, all on one line of the load")
+        into = READ_AGAIN if in_one_row(load, cells) else "repeat"
         cells = without_their_mean(cells)
         wide = {str(i): {"counts": reading_entry(c)} for i, c in enumerate(cells, 1)}
         return LogPlan(
             file, f"known weights on one cell, {len(cells)} readings in each row", "numbers "
             "without names that agree", "likely", "offline-fit", "weights",
-            {**entries, "channel": channel}, ("cell",), wide, "repeat", blanks=asked,
+            {**entries, "channel": channel}, ("cell",), wide, into, blanks=asked,
         )  # fmt: skip
     return LogPlan(
         file, f"known weights, the readings of {len(cells)} cells side by side",

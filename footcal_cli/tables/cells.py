@@ -84,7 +84,7 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
     looked_for = re.compile(place.pattern) if place.pattern else None
     for at, word in enumerate(raw.values.tolist()):
         if raw.empty[at]:
-            words.append(np.nan)
+            words.append(place.names.get("", np.nan))
             continue
         said = str(word).strip()
         if looked_for is not None:
@@ -105,7 +105,8 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
             number = _number_of(said)
             said = said if number is None else spelled.get(number, said)
         words.append(place.names.get(said, said))
-    return replace(raw, values=np.array(words, dtype=object), said=True)
+    empty = np.zeros_like(raw.empty) if "" in place.names else raw.empty
+    return replace(raw, values=np.array(words, dtype=object), empty=empty, said=True)
 
 
 def _as_text(raw: RawColumn, spelled: Mapping[float, str]) -> RawColumn:

@@ -11,7 +11,7 @@ from footcal_cli.core.quality import Finding, some_of
 from footcal_cli.errors import DataError, nearest
 from footcal_cli.tables.canonical import NOT_SAID, is_reading
 from footcal_cli.tables.columns import UNIT_SUFFIXES, Column, TableType, converts
-from footcal_cli.tables.reading import ForeignColumn, Reading
+from footcal_cli.tables.reading import READ_AGAIN, ForeignColumn, Reading
 from footcal_cli.tables.sources import row_time, source_names
 from footcal_cli.tables.units import MEANT, PLACES_TOO, may_mean
 
@@ -38,15 +38,26 @@ def places_of(table: TableType, reading: Reading, path: Path) -> list[Places]:
 def every_entry(table: TableType, reading: Reading, path: Path) -> list[Places]:
     """Where the columns stand: once, or for every entry of a wide file."""
     header = source_names(path, reading)
-    apart = any(column.name == reading.wide_into for column in table.columns)
+    names = {column.name for column in table.columns}
+    again = reading.wide_into == READ_AGAIN and {n for own in reading.wide.values() for n in own}
+    apart = reading.wide_into in names or (again and again <= names)
     if not reading.wide or not apart:
-        return [_looked_up(table, header, reading, path)]
+        found = _looked_up(table, header, reading, path)
+        wide = {name for own in reading.wide.values() for name in own}
+        if found.missing and wide & names:
+            # what is missing stands in an entry of wide, of which nothing becomes
+            found.missing.insert(0, DataError(
+                f"wide_into = '{reading.wide_into}' is no column of this table: its entries are "
+                "not read", file=path,
+                remedy=f"say wide_into = {', '.join(sorted(names - wide))} or {READ_AGAIN}",
+            ))  # fmt: skip
+        return [found]
     return [
         _looked_up(
-            table, header, replace(reading, columns={**reading.columns, into: label, **own}), path
+            table, header, replace(reading, columns={**reading.columns, **into, **own}), path
         )
         for entry, own in reading.wide.items()
-        for into, label in [(reading.wide_into, ForeignColumn(value=entry))]
+        for into in [{} if again else {reading.wide_into: ForeignColumn(value=entry)}]
     ]  # fmt: skip
 
 

@@ -118,6 +118,10 @@ class Join:
     only_where: Mapping[str, str] = field(default_factory=dict)
 
 
+READ_AGAIN = "reading"
+"""What the entries of `wide` go into that are readings of one cell under one load."""
+
+
 @dataclass(frozen=True)
 class Reading:
     """Everything a recipe says of one file.
@@ -131,7 +135,8 @@ class Reading:
     rate_hz
         Rows per second of a file without time stamps.
     wide_into
-        The text column that tells the entries of `wide` apart.
+        The text column that tells the entries of `wide` apart; `READ_AGAIN` where they are readings
+        of one cell in one row, which stay next to each other.
     wide
         One row of the file becomes one row per entry: entry -> its own columns.
     joins
@@ -142,6 +147,8 @@ class Reading:
         Feet that report force and CoP.
     world_up
         Axis of the log's world that points up.
+    zeros_where
+        Column -> text of the rows in which the cells carry nothing, and which are zeros alone.
     """
 
     columns: Mapping[str, ForeignColumn] = field(default_factory=dict)
@@ -153,3 +160,4 @@ class Reading:
     rows_of: str = ""
     plates: tuple[Plate, ...] = ()
     world_up: WorldUp = "+z"
+    zeros_where: Mapping[str, str] = field(default_factory=dict)

@@ -44,10 +44,11 @@ from footcal_cli.tables.matrices import rotations_of_columns, with_feet_turned
 from footcal_cli.tables.places import Places, every_entry, passed_over, places_of
 from footcal_cli.tables.plates import add_cells, with_plates
 from footcal_cli.tables.rawcolumn import RawColumn
-from footcal_cli.tables.reading import ForeignColumn, Reading
+from footcal_cli.tables.reading import READ_AGAIN, ForeignColumn, Reading
 from footcal_cli.tables.sources import source_columns
 from footcal_cli.tables.values import narrowed
 from footcal_cli.tables.world import TO_Z_UP, WorldUp, with_z_up
+from footcal_cli.tables.zeros_apart import zeros_apart
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -147,11 +148,15 @@ def read_table(
     reading = _reading(columns)
     table = with_plates(table, reading.plates)
     parts = [
-        (places, source_columns(path, reading, places.found, _texts(table)))
-        for places in places_of(table, reading, path)
-    ]
+        (places, zeros_apart(
+            source_columns(path, reading, places.found, _texts(table)), reading, table, path
+        )) for places in places_of(table, reading, path)
+    ]  # fmt: skip
     beside = {join.path: digest(join.path) for join in reading.joins}
-    read = _canonical(parts, table, path, digest(path), gravity_mps2, beside, reading.world_up)
+    read = _canonical(
+        parts, table, path, digest(path), gravity_mps2, beside, reading.world_up,
+        by_row=reading.wide_into == READ_AGAIN,
+    )  # fmt: skip
     del parts
     if is_long(path):
         read = replace(read, data=narrowed(read.data))
@@ -185,7 +190,8 @@ def read_pieces(
         and not (p.pattern or p.names or p.held or p.only_where or p.missing or p.followed_by)
         for p in found.values()
     )
-    if len(places) > 1 or reading.plates or not (reading.layout.plain and own and bare):
+    whole = len(places) > 1 or reading.plates or reading.zeros_where
+    if whole or not (reading.layout.plain and own and bare):
         yield read_table(path, table, reading, gravity_mps2=gravity_mps2)
         return
     sha256 = digest(path)
@@ -214,9 +220,13 @@ def _texts(table: TableType) -> frozenset[str]:
 
 def _canonical(
     parts: Sequence[tuple[Places, Mapping[str, RawColumn]]], table: TableType, path: Path,
-    sha256: str, gravity_mps2: float, beside: Mapping[Path, str], world_up: WorldUp,
+    sha256: str, gravity_mps2: float, beside: Mapping[Path, str], world_up: WorldUp, *,
+    by_row: bool = False,
 ) -> Table:  # fmt: skip
-    """Raw columns in canonical names and units, the entries of a wide file below each other."""
+    """Raw columns in canonical names and units, the entries of a wide file below each other.
+
+    `by_row`: entry by entry within each row of the file, else all rows of an entry together.
+    """
     import pandas as pd
 
     wanted = {c.name: c for c in table.columns}
@@ -231,7 +241,11 @@ def _canonical(
         frame, lost = _with_readings(pd.DataFrame(data, copy=False), wanted, places, path)
         frames.append(frame)
         findings += [*passed_over(places, path), *lost]
-    frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)
+    frame = frames[0] if len(frames) == 1 else pd.concat(frames)
+    if by_row:
+        frame = frame.sort_index(kind="stable")
+    if not isinstance(frame.index, pd.RangeIndex):
+        frame = frame.reset_index(drop=True)
     if not len(frame):
         raise DataError("no rows", file=path, remedy="record the log again")
     source = {name: p.column or name for name, p in parts[0][0].found.items()}
@@ -249,7 +263,7 @@ def _with_readings(
     if not nothing.any():
         return frame, []
     said = ", ".join(f"'{places.found[name].column}'" for name in needed)
-    return frame[~nothing].reset_index(drop=True), [
+    return frame[~nothing], [
         Finding(
             "rows_without_reading", "note", path.name,
             f"{nothing.sum()} of {nothing.size} rows have no value in {said} and are left out, as "

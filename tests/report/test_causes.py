@@ -46,3 +46,16 @@ def test_a_transducer_has_axes_where_others_have_cells(
 ) -> None:
     signature = cast("Signature", SimpleNamespace(owners=(("all", members),), where=where))
     assert where_of(signature) == said
+
+
+def test_numbers_with_decimals_and_signs_are_ranges_of_whole_numbers() -> None:
+    said = ("7.18 ± 0.42 mm (x −6.8, y −2.7 mm)", "18.93 ± 0.12 mm (x +18.2, y +7.2 mm)",
+            "9.08 ± 0.31 mm (x +8.1, y +9.9 mm)")  # fmt: skip
+    made = one_per_cause([
+        Finding("cell_misplaced", "warning", cell, text, "measure")
+        for cell, text in zip("abc", said, strict=True)
+    ])  # fmt: skip
+    assert [f.sentence for f in made] == [
+        "7.18 … 18.93 ± 0.12 … 0.42 mm (x −6.8 … +18.2, y −2.7 … +9.9 mm)"
+    ]
+    assert made[0].where == "a, b, c"

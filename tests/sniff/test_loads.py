@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from footcal_cli.sniff.columns import guess_file
-from footcal_cli.sniff.experiment import plan_of, why_not
+from footcal_cli.sniff.experiment import plan_of
 from tests.conftest import Run
 
 SCALE, BIAS = 2e-4, -1700.0
@@ -55,10 +55,9 @@ def test_ounces_that_make_pounds_and_pounds_beside_them_are_asked_about(tmp_path
         (float(w), 3.0 * o) for w, o in zip(range(9), (9, 0, 4, 7, 1, 8, 2, 6, 3), strict=True)
     ]
     log = written(tmp_path / "log.csv", "lb,oz", parts)
-    refusal = why_not(guess_file(log))
-    assert plan_of(guess_file(log)) is None
-    assert refusal is not None
-    assert refusal[0] == "two columns of loads, lb and oz, that do not agree"
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert plan.blanks[0].why == "two columns of loads, lb and oz, that do not agree"
 
 
 def test_the_same_load_in_two_units_is_one(tmp_path: Path) -> None:
@@ -130,10 +129,23 @@ def test_two_loads_that_disagree_are_asked_about(header: str, cells: int, tmp_pa
     ]  # fmt: skip
     log = tmp_path / "log.csv"
     log.write_text("\n".join([f"{header},{names}", *lines]))
-    assert plan_of(guess_file(log)) is None
-    refusal = why_not(guess_file(log))
-    assert refusal is not None
-    assert "do not agree" in refusal[0]
+    plan = plan_of(guess_file(log))
+    assert plan is not None
+    assert "do not agree" in plan.blanks[0].why
+    assert plan.entries["load_n"].unit == "?"
+
+
+def test_the_load_that_the_readings_follow_alone_is_meant(run: Run, tmp_path: Path) -> None:
+    """A weight of the day before next to the load: the recipe is written, and says what it took."""
+    loads, other = [0.0, 1.0, 2.0, 4.0, 6.0, 3.0, 1.0, 0.0], [5.0, 3, 5, 2, 5, 1, 4, 2]
+    counts = straight([9.80665 * x for x in loads])
+    lines = [f"{b},{a},{c}" for a, b, c in zip(loads, other, counts, strict=True)]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(["weight2_kg,weight1_kg,counts", *lines]))
+    recipe = tmp_path / "my.toml"
+    answer = run("init", log, "-o", recipe)
+    assert "check: weight2_kg: left out, the readings follow weight1_kg alone" in answer.out
+    assert run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out").exit_code == 0
 
 
 def test_pounds_and_ounces_in_words(tmp_path: Path) -> None:

@@ -333,9 +333,11 @@ def _fit_physical(model: CopModel, rows: PlacementRows) -> CopFit:
     usual = np.concatenate([np.full(cells, USUAL_SHARE), free])
     for size, columns in ((1.0, slice(0, 1)), (_extent_m(rows.cell_pos_m), slice(1, 3))):
         if model.with_forces or columns.start:
-            found, spread = about_usual(design, rest[:, columns], size * usual)
-            weights[:count, columns] += found
-            loose[columns, :count, :count] = spread
+            # under one load alone an offset would stand in for all that the cells read of it
+            own = count if columns.start or np.ptp(load) > 0.0 else cells
+            found, spread = about_usual(design[:, :own], rest[:, columns], size * usual[:own])
+            weights[:own, columns] += found
+            loose[columns, :own, :own] = spread
     weights[:, 1:] += weights[:, :1] * middle
     singular = np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)
     rank, condition = rank_of(singular, design.shape)

@@ -12,7 +12,7 @@ from footcal_cli.core.bench.plateaus import Plateaus
 from footcal_cli.core.parameters import BoolArray, FloatArray
 
 AROUND_S = 3.0
-"""So early or late a load may be noted, and so long a hand may still touch the weights."""
+"""So long a hand may still touch the weights around the moment at which a load was noted."""
 _MOSTLY = 0.5
 """Share of a recording whose reading must stand still for it to say when loads were changed."""
 
@@ -32,7 +32,8 @@ def out_of_step(
     """Samples near a change of load that may not be of the load beside them, shape (n,).
 
     Within `AROUND_S` of a change, or a quarter of a shorter load, a sample agrees where its reading
-    stands still, in a hold most of whose samples bear the same load. Of a change at which samples
+    stands still, in a hold most of whose samples bear the same load. Where the reading comes to
+    that hold later, or leaves it earlier, what is near reaches as far. Of a change at which samples
     disagree that lie further off than half a window, no sample near it counts.
 
     Parameters
@@ -52,8 +53,13 @@ def out_of_step(
     when = 0.5 * (time_s[changed] + time_s[changed + 1])
     lasts = np.diff(np.concatenate([time_s[:1], when, time_s[-1:]]))
     # of loads that change every other second most samples are near a change
-    reach = np.minimum(AROUND_S, _PART * np.minimum(lasts[:-1], lasts[1:]))
-    for at, far in zip(when, reach, strict=True):
+    most = _PART * np.minimum(lasts[:-1], lasts[1:])
+    for at, farthest in zip(when, most, strict=True):
+        first, last = np.searchsorted(time_s, [at - farthest, at + farthest])
+        stands = time_s[first:last][same[first:last]]  # at the load that is noted
+        before = at - stands[stands < at].max(initial=at - farthest)
+        after = stands[stands > at].min(initial=at + farthest) - at
+        far = min(max(AROUND_S, before, after), farthest)
         near = slice(*np.searchsorted(time_s, [at - far, at + far]))
         off = np.abs(time_s[near] - at)[~same[near]]
         disturbed = off.size and off.max() > _BEYOND * window_s
@@ -62,11 +68,42 @@ def out_of_step(
 
 
 def _bears_its_load(load_n: FloatArray, own: Plateaus) -> BoolArray:
-    """Samples that lie in a hold of the reading and bear the load of most of it, shape (n,)."""
-    level, index = np.unique(load_n, return_inverse=True)
-    counts = np.zeros((len(own), level.size), dtype=np.int64)
+    """Samples that lie in a hold of the reading and bear the load of most of it, shape (n,).
+
+    Holds that a touch parts, in which the reading comes back, are one.
+    """
+    load, index = np.unique(load_n, return_inverse=True)
+    counts = np.zeros((int(own.level.max(initial=-1)) + 1, load.size), dtype=np.int64)
     at = np.flatnonzero(own.hold >= 0)
-    np.add.at(counts, (own.hold[at], index[at]), 1)
+    level = own.level[own.hold[at]]
+    np.add.at(counts, (level, index[at]), 1)
     same = np.zeros(load_n.size, dtype=bool)
-    same[at] = counts.argmax(axis=1)[own.hold[at]] == index[at]
+    same[at] = counts.argmax(axis=1)[level] == index[at]
     return same
+
+
+def wrong_until(
+    time_s: FloatArray, load_n: FloatArray, reading: FloatArray, tolerance_n: float
+) -> float | None:
+    """How long after changes of load errors last that a tolerance forbids; None for any others.
+
+    All of them lie in the first half of their load, by the line through the rows of second halves:
+    the weight came later than its number.
+
+    Parameters
+    ----------
+    time_s, load_n, reading
+        Of one session, shape (n,), times increasing.
+    """
+    changed = np.flatnonzero(np.diff(load_n) != 0) + 1
+    edges = np.concatenate([[0], changed, [time_s.size]])
+    number = np.searchsorted(changed, np.arange(time_s.size), side="right")
+    since = time_s - time_s[edges[number]]
+    late = since > 0.5 * (time_s[edges[number + 1] - 1] - time_s[edges[number]])
+    if np.unique(load_n[late]).size < 2 or not np.ptp(reading[late]) > 0:
+        return None
+    line = np.polyfit(reading[late] - reading.mean(), load_n[late], 1)
+    wrong = np.abs(np.polyval(line, reading - reading.mean()) - load_n) > tolerance_n
+    if not wrong.any() or np.any(wrong & (late | (number == 0))):
+        return None
+    return float(since[wrong].max())

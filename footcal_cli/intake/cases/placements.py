@@ -29,6 +29,7 @@ from footcal_cli.intake.cases.shared import (
     load_unit,
     needs_time,
 )
+from footcal_cli.intake.empty_plate import carried
 from footcal_cli.intake.zeros import use_zeros
 from footcal_cli.recipe.options import DiagnoseOptions
 from footcal_cli.records.results import ParametersRecord
@@ -58,8 +59,12 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     stamps = np.concatenate([t.optional("time_s") for t in tables])
     timed = bool(np.isfinite(stamps).all())
     logs = []
+    known = {} if session.parameters is None else session.parameters.calibrated_cells
     for name in dict.fromkeys(foot):
         mine = np.flatnonzero(foot == name)
+        if all(f"{name}_{cell}" in known for cell in cells):
+            each = np.array([known[f"{name}_{cell}"][0] for cell in cells])
+            mine = mine[~carried(counts[mine] * each, load[mine])]
         if timed:
             mine = mine[np.argsort(stamps[mine], kind="stable")]
         when = stamps[mine] if timed else None

@@ -1,0 +1,71 @@
+"""The stance of a stand in which the robot hangs: no cell carries anything, and all do else.
+
+Room: sniff; asked by several.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
+from footcal_cli.sniff.plan import LogPlan
+
+_LEAST_CELLS, _LEAST_STANCES, _MOST_STANCES, _LEAST_ROWS = 3, 4, 200, 10
+_ALIKE = 0.5
+"""Sums of all readings in stances, the least as a share of the largest: cells of one make."""
+_IDLE = 0.05
+"""How far a cell of a robot in the air may read from its extreme, as a share of what it moves."""
+
+
+def with_hung_stance(plan: LogPlan) -> LogPlan:
+    """A stand whose own rows are the zeros of its cells; any other plan as it is."""
+    if plan.role != "cells" or plan.command != "static-init" or plan.zeros_where:
+        return plan
+    read = [e.column for n, e in plan.entries.items() if n.endswith("_counts") and e.column]
+    used = {e.column.column for e in plan.entries.values() if e.column is not None}
+    if len(read) < _LEAST_CELLS:
+        return plan
+    table = np.column_stack([numbers_of(c) for c in read])
+    for column in plan.file.columns:
+        said = None if column.column in used else _spells(column, len(table))
+        if said is not None and (at := _hung(table, [rows for _, rows in said])) is not None:
+            return replace(plan, zeros_where={column.column: said[at][0]})
+    return plan
+
+
+def _spells(column: ColumnGuess, rows: int) -> list[tuple[str, BoolArray]] | None:
+    """Texts of a column that numbers or names stances, and the rows of each; None of any other."""
+    if column.codes is not None and column.codes.size == rows:
+        found = [(word, column.codes == at) for at, word in enumerate(column.words)]
+    elif column.values is not None and column.values.size == rows:
+        values = column.values
+        if not np.array_equal(values, np.round(values)):
+            return None
+        numbers = np.unique(values)
+        if numbers.size > _MOST_STANCES:
+            return None
+        found = [(f"{number:.0f}", values == number) for number in numbers]
+    else:
+        return None
+    found = [(text, own) for text, own in found if own.sum() >= _LEAST_ROWS]
+    return found if len(found) >= _LEAST_STANCES else None
+
+
+def _hung(table: FloatArray, rows: list[BoolArray]) -> int | None:
+    """Which of several groups of rows of readings (n, c) is of a robot in the air; None if none."""
+    means = np.array([np.nanmean(table[own], axis=0) for own in rows])
+    found = []
+    for at, own in enumerate(means):
+        others = np.delete(means, at, axis=0)
+        way = np.sign(np.median(others, axis=0) - own)
+        lifted = way * (others - own)
+        if np.any(lifted.min(axis=0) < -_IDLE * np.ptp(means, axis=0)):
+            continue
+        # cells of one make: the weight of the robot is about the same sum in all stances
+        total = lifted.sum(axis=1)
+        if total.min() > _ALIKE * total.max() > 0.0:
+            found.append(at)
+    return found[0] if len(found) == 1 else None

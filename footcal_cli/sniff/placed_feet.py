@@ -1,0 +1,75 @@
+"""Placements of both feet, a file for each: the files' names say the foot.
+
+Room: sniff; asked by several and robot_files.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from footcal_cli.sniff.cells import WHERE
+from footcal_cli.sniff.file_loads import Names
+from footcal_cli.sniff.file_names import Part, called
+from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.placed import channels_of, where_cells
+from footcal_cli.sniff.plan import Entry, LogPlan
+from footcal_cli.sniff.units import split_unit
+
+
+def by_foot(part: Part) -> Part:
+    """Placements whose files are called after feet, each of its foot; any other part as it is."""
+    plan, foot = part.plan, part.plan.entries.get("foot")
+    if plan.role != "placements" or foot is None or foot.value is None or len(part.paths) < 2:
+        return part
+    names = Names.of(called(part.paths))
+    sides = {word: name_guess(re.sub(r"[\W_]+", "_", word)).side for word in names.middle}
+    if not all(sides.values()) or len({*sides.values()}) < 2:
+        return part
+    feet = tuple(dict.fromkeys(sides.values()))
+    cells = tuple(n.removesuffix("_counts") for n in plan.entries if n.endswith("_counts"))
+    entry = Entry(file_name=names.expression, names=sides, why="the files' names")
+    blanks = tuple(where_cells(feet, cells) if b.why == WHERE else b for b in plan.blanks)
+    entries = {**plan.entries, "foot": entry}
+    made = replace(plan, entries=entries, channels=channels_of(feet, cells), blanks=blanks)
+    return replace(part, plan=made)
+
+
+def feet_of(plan: LogPlan) -> tuple[str, ...]:
+    """The feet of placements; empty for all other logs."""
+    if plan.role != "placements":
+        return ()
+    return tuple(dict.fromkeys(channel.partition("_")[0] for channel in plan.channels))
+
+
+def of_several_feet(
+    plan: LogPlan, feet: Sequence[str], cells: Mapping[str, ColumnGuess]
+) -> dict[str, str]:
+    """Channels of weights, a foot and a cell each, -> cells of feet: ``hidari_toe``, ``left_toe``.
+
+    Empty unless every channel is one of its own.
+
+    Parameters
+    ----------
+    feet
+        As the placements name them.
+    cells
+        Cell within its foot -> the placements' column of it.
+    """
+    called = {_plain(word): cell for cell, c in cells.items() for word in (cell, c.column)}
+    found = {}
+    for channel in plan.channels:
+        for parted in re.finditer(r"[\W_]+", channel):
+            foot, rest = channel[: parted.start()], channel[parted.end() :]
+            side = foot if foot in feet else name_guess(foot).address
+            if side in feet and _plain(rest) in called:
+                found[channel] = f"{side}_{called[_plain(rest)]}"
+                break
+    whole = len(found) == len({*found.values()}) == len(plan.channels)
+    return found if whole else {}
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "", split_unit(name)[0]).lower()
