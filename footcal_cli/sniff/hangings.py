@@ -16,7 +16,7 @@ from footcal_cli.sniff.attitudes import Attitude
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.mounts import Mounts, hung_on
 from footcal_cli.sniff.plan import Blank, Entry, of
-from footcal_cli.sniff.sides import opposite, pulls, says_up, side_in
+from footcal_cli.sniff.sides import opposite, pulls, says_up, sides_in
 
 OF_THE_BODY = 'orientation_of = "body"    # its axes; transducers by rotation_rpy_rad of each leg'
 """The line in ``[hang_calib]``."""
@@ -63,7 +63,7 @@ def axes_named(words: tuple[str, ...], called: str) -> tuple[dict[str, str], boo
 
     None where a word names no axis.
     """
-    sides = {word: side_in(word) for word in words}
+    sides = sides_in(words)
     up, names = says_up(called), {}
     for word, (axis, said) in sides.items():
         if axis is None:
