@@ -78,9 +78,9 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     for part in parts:
         roles.setdefault(part.plan.role, []).extend(_relative(p, target) for p in part.paths)
     lines += [f"{role} = [{', '.join(map(_quoted, names))}]" for role, names in roles.items()]
-    for part in parts:
-        if part.plan.options:
-            lines += ["", f"[{part.plan.command.replace('-', '_')}]", *part.plan.options]
+    for command in dict.fromkeys(part.plan.command for part in parts if part.plan.options):
+        own = (line for p in parts if p.plan.command == command for line in p.plan.options)
+        lines += ["", f"[{command.replace('-', '_')}]", *dict.fromkeys(own)]
     if kind := _diagnosed(parts):
         other = "    # or weights" * any(part.plan.command == "offline-fit" for part in parts)
         lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}{other}"]

@@ -42,6 +42,11 @@ TURNED = Blank(
 )
 
 
+_WEIGHT = "# leg_weight_n =    # if known roughly: what hangs on the transducer, a start of the fit"
+
+_CHASSIS = "# chassis_com_m = [0.0, 0.0, 0.0]    # if known: CoM of all inboard of the transducers, body"
+
+
 def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogPlan:
     """Six-axis transducers: hanging with an attitude, or feet that stand and walk."""
     if still := _still(six):
@@ -118,15 +123,14 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     world: tuple[str, ...] = ()
     if pose is not None and pose.world_up != "+z":
         world = (f'world_up = "{pose.world_up}"    # in the attitudes',)
-    weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
-                   "a start only: the weight is estimated", False)  # fmt: skip
+    turned = leg_tables(forces, mounts) if mounts is not None or len(forces) > 1 else ()
+    body = (OF_THE_BODY,) if "orientation" in entries and mounts is not None else ()
     return LogPlan(
         file, f"{len(forces)} six-axis transducer{'s' * (len(forces) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
-        "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
-        (OF_THE_BODY,) if "orientation" in entries and mounts is not None else (),
-        blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
+        "leg", rate, (*world, *turned), (*body, _WEIGHT), blanks=(*missing, *blanks),
+        warnings=tuple(warnings),
     )  # fmt: skip
 
 
@@ -285,7 +289,7 @@ def _poses(
         file, f"six-axis transducers at {len(legs)} hips while the robot stands in poses",
         "six axes of several legs, an attitude, and loads that are no leg's weight", "likely",
         "pose-calib", "still" if streamed else "poses", entries, (), wide, "leg",
-        rate if streamed else None, leg_tables(legs, None),
+        rate if streamed else None, leg_tables(legs, None), (_CHASSIS,),
         blanks=(
             MASS,
             Blank(("# position_m of each leg above, in m",), WHERE_LEGS),
