@@ -29,6 +29,8 @@ _LOADED, _TOGETHER = 10.0, 0.2
 """A weight is so much larger than its changes; what is shifted adds up to so much less."""
 _ROWS_OF_A_POSE = 0.5
 """A pose that has two rows of each leg and more is a stretch of a stream."""
+_HELD = 0.05
+"""Share of the forces' variance over all poses that may be within one."""
 _STILL = 0.05
 """Forces that scatter by so small a share of another transducer's do not feel what it feels."""
 WHERE_LEGS = "no log says where the transducers sit"
@@ -265,7 +267,8 @@ def _poses(
     """
     named = file.of("placement", "sequence", "repeat")
     time, rate, open_yet = times(file, needed=bool(rate_said(file)))
-    streamed = bool(time or rate) and not (named and _once_each(named[0], file, six, labels))
+    whole = bool(named) and (_once_each(named[0], file, six, labels) or _held_in(named[0], six))
+    streamed = bool(time or rate) and not whole
     if not (named or streamed):
         return None
     entries = {**(time if streamed else {"pose": of(named[0])}), **mounts.attitude.entries}
@@ -309,6 +312,20 @@ def _once_each(
     different = len(pose.words) or np.unique(numbers_of(pose)).size
     often = (file.rate_hz or 0.0) > 1.0 and bool(file.of("time"))
     return bool(different > _ROWS_OF_A_POSE * rows) and not (often and pose.quantity == "sequence")
+
+
+def _held_in(pose: ColumnGuess, six: Mapping[str, dict[str, ColumnGuess]]) -> bool:
+    """Whether each number or name of a pose is one stretch of a stream, in which forces hold still.
+
+    Where the way from pose to pose is in a stretch, forces move there.
+    """
+    called = numbers_of(pose) if pose.codes is None else pose.codes.astype(float)
+    starts = np.flatnonzero(np.diff(called, prepend=np.nan) != 0)
+    if not np.isfinite(called).all() or not 2 < starts.size == np.unique(called).size:
+        return False
+    force = np.column_stack([forces_of(group) for group in six.values()])
+    within = [np.nanvar(own, axis=0).sum() for own in np.split(force, starts[1:]) if len(own)]
+    return bool(max(within) < _HELD * np.nanvar(force, axis=0).sum())
 
 
 def _without(file: FileGuess, entries: Mapping[str, Entry]) -> FileGuess:
