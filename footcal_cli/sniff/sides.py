@@ -37,7 +37,7 @@ _WAY_FIRST = re.compile(
 )
 """``up_x``, ``down -z``."""
 _TWO_LETTERS = re.compile(
-    r"(?:^|[^a-z0-9+-])(?P<sign>[+-]?)(?P<axis>[xyz])[ _-]?(?P<way>[ud])(?=[^a-z0-9]|$)"
+    r"(?:^|[^a-z0-9+-])(?P<sign>[+-]?)(?P<axis>[xyz])[ _-]?(?P<way>[ud])(?=\.|$)"
 )
 """``zu``, ``hang_xd``."""
 _BARE = re.compile(r"(?:^|[^a-z0-9])([xyz])(?=[^a-z0-9]|$)")
