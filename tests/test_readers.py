@@ -18,7 +18,7 @@ from footcal_cli.tables.carried import Carried
 from footcal_cli.tables.columns import cells_table, weights_stream_table, weights_table
 from footcal_cli.tables.delimited import before_power_was_lost, text_names, text_table
 from footcal_cli.tables.foreign import is_of_documents
-from footcal_cli.tables.nested import unpacked
+from footcal_cli.tables.logfiles import unpacked
 from footcal_cli.tables.places import places_of
 from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout, Reading
 from footcal_cli.tables.table import Table, read_table

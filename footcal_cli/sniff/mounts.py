@@ -7,7 +7,7 @@ of Kabsch (1976); of the ways to read the attitude, the one that explains most i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,8 @@ from footcal_cli.sniff.attitudes import (
 from footcal_cli.sniff.drawn_turns import AXES_NEAR, nominal
 from footcal_cli.sniff.guesses import FileGuess
 
+_CARRIED = 0.3
+"""Share of what changes in the forces' sum that the weight leaves, of a robot that stands."""
 _MOST = 4000
 _FITTED = 7
 """A rotation, a weight and three offsets."""
@@ -79,7 +81,7 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
         at = 0
     # of most: one leg with a broken axis does not make a robot that hangs one that stands
     if not hung[at].explained:
-        return Mounts(Attitude(first.entries, explains=False), {}, False)
+        return Mounts(Attitude(_standing(candidates, forces).entries, explains=False), {}, False)
     if not turns(first.gravity):
         return Mounts(Attitude(first.entries), {}, None)
     reacts = hung[at].reacts
@@ -92,6 +94,28 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
         warnings = (*warnings, REACTS.format("the transducers read", "them", "their"))
     attitude = Attitude(chosen.entries, warnings, reacts, True, chosen.world_up)
     return Mounts(attitude, hung[at].rotation, True)
+
+
+def _standing(
+    candidates: Sequence[AttitudeReading], forces: Mapping[str, FloatArray]
+) -> AttitudeReading:
+    """The reading in which transducers along the body's axes carry its weight together.
+
+    The first where none is much better: they may be turned in the body.
+    """
+    total = np.sum([*forces.values()], axis=0)
+    left = []
+    for one in candidates:
+        good = np.isfinite(total).all(axis=1) & np.isfinite(one.gravity).all(axis=1)
+        if not good.any():
+            return candidates[0]
+        f, g = (v[good] - v[good].mean(axis=0) for v in (total, one.gravity))
+        size, spread = float((f * f).sum()), float((g * g).sum())
+        slope = float((f * g).sum()) / spread if spread else 0.0
+        rest = float(((f - slope * g) ** 2).sum())
+        left.append(rest / size if size > 0.0 > slope else 1.0)
+    at = int(np.argmin(left))
+    return candidates[at] if left[at] < min(_CARRIED, left[0] / 3) else candidates[0]
 
 
 @dataclass(frozen=True)

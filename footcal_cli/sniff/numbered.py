@@ -13,6 +13,7 @@ from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.couples import couples
 from footcal_cli.sniff.groups import AXES, are_two_plates, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.legs_in_rows import of_legs
 from footcal_cli.sniff.names import (
     FORCE,
     LETTERED,
@@ -23,7 +24,12 @@ from footcal_cli.sniff.names import (
     name_guess,
     words_of,
 )
-from footcal_cli.sniff.quaternions import by_letters, in_a_row, of_length_one
+from footcal_cli.sniff.quaternions import (
+    by_letters,
+    in_a_row,
+    of_length_one,
+    without_other_lengths,
+)
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
@@ -70,6 +76,7 @@ _LARGER = 3.0
 def numbered(file: FileGuess) -> FileGuess:
     """The log with numbered columns taken for wrenches, poses and rotation matrices."""
     file = replace(file, columns=tuple(_in_radians(c) for c in of_length_one(file)))
+    file = without_other_lengths(file)
     stems: dict[str, list[ColumnGuess]] = {}
     for column in file.columns:
         found = _INDEXED.match(column.column)
@@ -126,6 +133,7 @@ def _wrenches(
         and (not _NO_WRENCH.search(stem) or (name_guess(stem).side and _SAID_WRENCH.search(stem)))
         and c[0].column not in taken
     }  # fmt: skip
+    six = six or of_legs({k: c for k, c in stems.items() if c[0].column not in taken})
     nameless = [c for c in file.columns if c.column.startswith("column_")]
     free = [
         c for c in nameless
@@ -153,8 +161,9 @@ def _wrenches(
         owner = owner_of(re.sub(r"(?i)wrench|force|ft|tcp|actual|[\[_.]+", " ", stem).strip())
         for axis, column in zip(order, columns, strict=True):
             name = replace(
-                column.name, quantity="force", axis=axis, owner="" if owner == "sensor" else owner
-            )
+                column.name, quantity="force", axis=axis, owner="" if owner == "sensor" else owner,
+                unit=None,
+            )  # fmt: skip
             made[column.column] = replace(column, name=name, sure="guess", why=why)
     return made
 

@@ -36,7 +36,7 @@ from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.shafts import with_shafts
-from footcal_cli.sniff.six_axis import HUNG_FIRST
+from footcal_cli.sniff.six_axis import HUNG_FIRST, NO_PHASE
 from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.sniff.stretches import by_stretches
 from footcal_cli.sniff.twins import by_experiment, without_twins
@@ -57,8 +57,19 @@ def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
                 blank for blank in part.plan.blanks if blank is not HUNG_FIRST
             ))) for part in made
         ]  # fmt: skip
-        made = of_one_sign(made)
+        made = of_one_sign([_with_phase_asked(part, made) for part in made])
     return sorted(made, key=lambda part: part.plan.command == "pose-calib"), others
+
+
+def _with_phase_asked(part: Part, parts: Sequence[Part]) -> Part:
+    """Poses without the shaft angles that the hanging robot's log has: these are asked for."""
+    plan = part.plan
+    hung = [other.plan for other in parts if other.plan.role == "hang"]
+    turned = any("phase_rad" in own for p in hung for own in (p.entries, *p.wide.values()))
+    held = plan.entries.get("phase_rad")
+    if not turned or plan.command != "pose-calib" or held is None or held.value is None:
+        return part
+    return replace(part, plan=replace(plan, blanks=(*plan.blanks, NO_PHASE)))
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:

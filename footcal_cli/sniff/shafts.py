@@ -103,7 +103,9 @@ def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
         six = wrenches(numbered(file))
         if six and not file.of("phase"):
             joints = _joints(file) if len(six) > 1 else set[str]()
-            made = replace(file, columns=tuple(_as_shaft(c, joints) for c in file.columns))
+            felt = {c.column for axes in six.values() for c in axes.values()}
+            free = tuple(c for c in file.columns if c.column not in felt)
+            made = replace(file, columns=tuple(_as_shaft(c, joints) for c in free))
             found |= {c.column for c in beside(made, six, "phase").values()}
     return [
         replace(file, columns=tuple(_known(c, found, _joints(file)) for c in file.columns))

@@ -38,6 +38,10 @@ HUNG_FIRST = Blank(
     ("# footcal hang-calib first, then pose-calib … --parameters …/parameters.json",),
     "standing poses need offsets and leg weights of a hanging calibration",
 )
+NO_PHASE = Blank(
+    ('# in [files.wide…] of the poses: phase_rad = { column = "…", unit = "rad" }',),
+    "the shaft turns while the robot hangs, and nothing says its angle in the poses",
+)
 TURNED = Blank(
     ("# the attitude in [columns] must be the transducer's own",),
     "in this attitude the forces are not the weight of one thing: it may be that of another frame",
@@ -286,7 +290,7 @@ def _poses(
     entries |= _with_shafts(file, six, wide)
     if "phase_rad" not in entries and not any("phase_rad" in own for own in wide.values()):
         why = "no shaft angle: each leg is taken to keep its posture"
-        entries["phase_rad"] = Entry(value="0", why=why)
+        entries["phase_rad"] = Entry(value="0", sure="guess", why=why)
     legs = list(six) if wide else list(labels[0].words)
     return LogPlan(
         file, f"six-axis transducers at {len(legs)} hips while the robot stands in poses",
