@@ -44,7 +44,8 @@ def nominal(rotation: FloatArray) -> FloatArray:
 
 def _along_axes(rotation: FloatArray) -> FloatArray:
     """The nearest rotation that takes axes to axes."""
-    return max(axis_rotations(), key=lambda along: float(np.trace(along.T @ rotation)))
+    nearest = max(axis_rotations(), key=lambda along: float(np.trace(along.T @ rotation)))
+    return nearest + 0.0  # a half turn is +π, not −π
 
 
 def _about_one(
