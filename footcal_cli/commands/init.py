@@ -40,7 +40,8 @@ def init(
     from footcal_cli.sniff.columns import guess_file
     from footcal_cli.sniff.experiment import why_not
     from footcal_cli.sniff.hint import accepted
-    from footcal_cli.sniff.recipe_text import listing, next_step, recipe_text
+    from footcal_cli.sniff.listing import listing
+    from footcal_cli.sniff.recipe_text import next_step, recipe_text
     from footcal_cli.sniff.several import parts_of
     from footcal_cli.sniff.unfit import unfit
 

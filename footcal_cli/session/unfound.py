@@ -18,7 +18,7 @@ from footcal_cli.tables.sources import source_names
 
 
 def refuse_unfound(recipe: Recipe, table: TableType, path: Path, logs: Sequence[Path]) -> None:
-    """Refuse an optional column that the recipe names for a log, and that neither it nor others have.
+    """Refuse an optional column that the recipe names for a log, and that no log has.
 
     Parameters
     ----------

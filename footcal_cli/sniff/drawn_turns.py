@@ -34,7 +34,9 @@ def nominal(rotation: FloatArray) -> FloatArray:
     tilt, angle, axis, start = min(turned, key=lambda one: one[0])
     if tilt < _ONE_AXIS_NEAR:
         degrees = np.degrees(angle)
-        steps = (step for step, near in _DRAWN if abs(degrees - step * round(degrees / step)) < near)
+        steps = (
+            step for step, near in _DRAWN if abs(degrees - step * round(degrees / step)) < near
+        )
         step = next(steps, 1.0)
         drawn = np.radians(step * np.round(degrees / step))
         return np.asarray(rotation_exp(drawn * axis) @ start)

@@ -36,6 +36,6 @@ def _is_wrench(columns: Sequence[ColumnGuess]) -> bool:
         return False
     first, last = (np.column_stack([numbers_of(c) for c in own])
                    for own in (columns[:3], columns[3:]))  # fmt: skip
-    small, large = sorted((float(np.nanstd(own, axis=0).max()) for own in (first, last)))
+    small, large = sorted(float(np.nanstd(own, axis=0).max()) for own in (first, last))
     most = max(float(np.nanmax(np.abs(own))) for own in (first, last))
     return large > _LARGER * small and most > _LARGEST_ANGLE

@@ -23,6 +23,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.known_pieces import with_known_pieces
+from footcal_cli.sniff.legs_in_files import legs_in_files
 from footcal_cli.sniff.lifted import with_lifted
 from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
@@ -77,6 +78,10 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     by_index, files = indexed_placements(files)
     placed_apart += by_index
     alike = groups_of(files)
+    hung, alike = legs_in_files(alike)
+    if hung:
+        more, others = _planned([file for group in alike for file in group]) if alike else ([], [])
+        return [*hung, *more], others
     if len(alike) == 2 and all(len(group) == 1 for group in alike) and not placed_apart:
         joined = _two(alike[0][0], alike[1][0])
         if joined:

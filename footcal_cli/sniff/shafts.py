@@ -116,9 +116,7 @@ def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
 def _joints(file: FileGuess) -> set[str]:
     """Columns that turn a leg about one axis, ``R1_pitch``: no attitude, which has a roll too."""
     turns = [c for c in file.of("angle") if c.name.axis in ("roll", "pitch", "yaw")]
-    held = {
-        stem: {c.name.axis for c in turns if _stem(c) == stem} for stem in {*map(_stem, turns)}
-    }
+    held = {stem: {c.name.axis for c in turns if _stem(c) == stem} for stem in {*map(_stem, turns)}}
     several = sum("roll" not in axes for stem, axes in held.items() if stem) > 1
     return {c.column for c in turns if several and _stem(c) and "roll" not in held[_stem(c)]}
 
@@ -138,9 +136,7 @@ def _as_shaft(column: ColumnGuess, joints: Collection[str] = ()) -> ColumnGuess:
     return column.as_quantity("phase", "guess", _TURNS_MOST) if joint else column
 
 
-def _known(
-    column: ColumnGuess, shafts_of: Collection[str], joints: Collection[str]
-) -> ColumnGuess:
+def _known(column: ColumnGuess, shafts_of: Collection[str], joints: Collection[str]) -> ColumnGuess:
     """A joint as what the logs of legs show it to be."""
     made = _as_shaft(column, joints)
     if not shafts_of or made is column:
@@ -163,9 +159,9 @@ def shafts(
     if len(six) == 1 and len(named) > 1:  # the joint that moves the leg, not those that are held
         named = [max(named, key=lambda c: float(np.nanstd(numbers_of(c))))]
     if len(named) == 1:
-        return _angle(named[0]), {}
+        return shaft_entry(named[0]), {}
     each = beside(file, six, "phase") or beside(file, six, "angle")
-    return None, {name: _angle(column) for name, column in each.items()}
+    return None, {name: shaft_entry(column) for name, column in each.items()}
 
 
 def _columns(file: FileGuess, quantities: tuple[Quantity, ...]) -> list[ColumnGuess]:
@@ -176,7 +172,7 @@ def _columns(file: FileGuess, quantities: tuple[Quantity, ...]) -> list[ColumnGu
     ]  # fmt: skip
 
 
-def _angle(column: ColumnGuess) -> Entry:
+def shaft_entry(column: ColumnGuess) -> Entry:
     """A shaft angle in its unit, or in the one that its size says."""
     if column.unit:
         return of(column, column.unit)

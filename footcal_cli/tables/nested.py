@@ -26,9 +26,7 @@ def flat_names(file: pq.ParquetFile, path: Path) -> dict[str, str]:
     return found
 
 
-def flattened(
-    name: str, column: pa.ChunkedArray, path: Path
-) -> list[tuple[str, pa.ChunkedArray]]:
+def flattened(name: str, column: pa.ChunkedArray, path: Path) -> list[tuple[str, pa.ChunkedArray]]:
     """Plain columns of one column, by name: fields of structs, and lists of one length.
 
     Raises
