@@ -1,4 +1,4 @@
-"""Wrenches of legs as six numbers in a row each, under whatever letter: ``phi_LF_0`` … ``phi_RH_5``.
+"""Wrenches of legs as six numbers in a row each: ``phi_LF_0`` … ``phi_RH_5``.
 
 Room: sniff; asked by numbered. What six numbers of every leg are is said by their sizes: three of
 them go further than angles do, and much further than the other three.

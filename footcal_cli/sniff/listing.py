@@ -18,9 +18,8 @@ def listing(parts: Sequence[Part]) -> list[str]:
     said: dict[object, set[str]] = {}
     for part in parts:
         own = _listed(part)
-        before = said.setdefault(
-            (part.plan.kind, *(c.column for c in part.plan.file.columns)), set()
-        )
+        columns = tuple(c.column for c in part.plan.file.columns)
+        before = said.setdefault((part.plan.kind, columns), set())
         lines += [line for line in own if line not in before]
         before |= {*own}
     return lines

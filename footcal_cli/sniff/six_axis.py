@@ -50,9 +50,7 @@ TURNED = Blank(
 
 _WEIGHT = "# leg_weight_n =    # if known roughly: what hangs on the transducer, a start of the fit"
 
-_CHASSIS = (
-    "# chassis_com_m = [0.0, 0.0, 0.0]    # if known: CoM of all inboard of the transducers, body"
-)
+_CHASSIS = "# chassis_com_m = [0.0, 0.0, 0.0]    # if known: CoM of what the transducers carry"
 
 
 def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogPlan:

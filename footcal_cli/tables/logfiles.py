@@ -65,10 +65,7 @@ def column_names(path: Path, layout: Layout | None = None) -> list[str]:
     regular_file(path)
     if path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    if is_parquet(path):
-        names = _flat_names(path)
-    else:
-        names = text_names(path, layout or Layout())
+    names = _flat_names(path) if is_parquet(path) else text_names(path, layout or Layout())
     if not any(names):
         raise DataError(
             "no header line", file=path, remedy="name the columns in the first line", foreign=True
