@@ -28,7 +28,7 @@ def looks_like(error: FootcalError) -> tuple[str, tuple[str, ...]]:
 def init(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs as they are.")],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE.toml", help="Recipe to write.")
+        Path, typer.Option("--output", "--out", "-o", metavar="FILE.toml", help="Recipe to write.")
     ] = Path("recipe.toml"),
     overwrite: Overwrite = False,
     quiet: Quiet = False,

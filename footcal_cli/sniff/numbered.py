@@ -151,8 +151,9 @@ def _wrenches(
             where, turned = moving[:-_TURNED_AND_FELT], moving[-_TURNED_AND_FELT : -len(AXES)]
             made = _pose([*where, *turned])
     for stem, columns in six.items():
-        spread = [float(np.nanstd(c.values)) + 1e-9 for c in columns if c.values is not None]
-        torque_first = max(spread[3:]) > _LARGER * max(spread[:3])
+        torque_first = all(
+            size(columns[3:]) > _LARGER * size(columns[:3]) for size in (_scatter, _largest)
+        )  # in one attitude forces stand still, and torques of a leg that swings do not
         order = AXES[3:] + AXES[:3] if torque_first else AXES
         why = "six columns in a row; " + (
             "the last three vary more, so they are the forces" if torque_first
@@ -166,6 +167,16 @@ def _wrenches(
             )  # fmt: skip
             made[column.column] = replace(column, name=name, sure="guess", why=why)
     return made
+
+
+def _scatter(columns: Sequence[ColumnGuess]) -> float:
+    """The largest sd of several columns."""
+    return max(float(np.nanstd(numbers_of(c))) for c in columns) + 1e-9
+
+
+def _largest(columns: Sequence[ColumnGuess]) -> float:
+    """The largest number in several columns, whatever its sign."""
+    return max(float(np.nanmax(np.abs(numbers_of(c)))) for c in columns)
 
 
 def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:

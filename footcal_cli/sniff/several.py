@@ -20,6 +20,7 @@ from footcal_cli.sniff.frames import rate_asked
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.hangings import asked_by_file
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.known_pieces import with_known_pieces
@@ -108,7 +109,8 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         if made is None:
             others += group
         else:
-            parts.append(made)
+            plan = asked_by_file(made.plan, called(made.paths))
+            parts.append(replace(made, plan=plan))
     parts, others = with_bodies(without_twins(parts), others)
     parts, others = with_index(parts, others)
     placed, left = with_places(parts, others)

@@ -13,7 +13,13 @@ from footcal_cli.sniff.axes import axes_of, said_above
 from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.hangings import NOT_ONE_WEIGHT, OF_THE_BODY, of_a_body, unnamed
+from footcal_cli.sniff.hangings import (
+    NO_ATTITUDE,
+    NOT_ONE_WEIGHT,
+    OF_THE_BODY,
+    of_a_body,
+    unnamed,
+)
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
@@ -119,11 +125,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     elif pose is None and orientation:
         missing = (unnamed(orientation[0]),)
     elif pose is None and not orientation:
-        missing = (Blank(
-            ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
-             "#                  # body_r11 … body_r33, or gravity_x gravity_y gravity_z"),
-            "the log has no attitude, so nothing says which way gravity pulls",
-        ),)  # fmt: skip
+        missing = (NO_ATTITUDE,)
     if _counted(six) and "f" not in said.per_count:
         missing = (*missing, COUNTED)
     world: tuple[str, ...] = ()
@@ -131,6 +133,8 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         world = (f'world_up = "{pose.world_up}"    # in the attitudes',)
     turned = leg_tables(forces, mounts) if mounts is not None or len(forces) > 1 else ()
     body = (OF_THE_BODY,) if "orientation" in entries and mounts is not None else ()
+    if NO_ATTITUDE in missing and len(forces) > 1:
+        body = (f"# {OF_THE_BODY}",)
     return LogPlan(
         file, f"{len(forces)} six-axis transducer{'s' * (len(forces) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
