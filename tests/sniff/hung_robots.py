@@ -1,4 +1,4 @@
-"""Logs of robots that hang in a frame and stand in poses, in the layouts of several laboratories."""
+"""Logs of robots that hang in a frame and stand in poses, as several laboratories write them."""
 
 from __future__ import annotations
 
