@@ -15,9 +15,10 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.groups import AXES
 from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.units import split_unit
 from footcal_cli.tables.rawcolumn import RawColumn
 
-_LAST_WORD = re.compile(r"(.*?\w)[\W_]+([^\W\d_]+\d?)(\s*[\[(<{].*)?")
+_LAST_WORD = re.compile(r"(.*?\w)[\W_]+([^\W\d_]+\d?)")
 _SMALL = 0.2
 """A scatter's largest share of how far its mean changes."""
 
@@ -37,10 +38,12 @@ def without_words_behind(
     found: dict[str, dict[str, int]] = {}
     short: dict[int, tuple[str, str]] = {}
     for i, name in enumerate(called):
-        parts = _LAST_WORD.fullmatch(name)
+        bare = split_unit(name)[0]
+        unit = name[len(bare) :] if name.startswith(bare) else ""
+        parts = _LAST_WORD.fullmatch(bare)
         if parts is None or name_guess(name).axis:
             continue
-        stem, word = parts[1] + (parts[3] or ""), parts[2]
+        stem, word = parts[1] + unit, parts[2]
         axis = name_guess(stem).axis
         if axis in AXES and axis not in found.setdefault(word, {}):
             found[word][axis] = i

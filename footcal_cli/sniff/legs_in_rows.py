@@ -32,7 +32,9 @@ def of_legs(stems: Mapping[str, Sequence[ColumnGuess]]) -> dict[str, list[Column
 
 def _is_wrench(columns: Sequence[ColumnGuess]) -> bool:
     """Whether three of six numbers are forces by their size, and three torques."""
-    if any(c.quantity not in ("unknown", "reading") or c.unit or c.counts for c in columns):
+    if any(c.name.axis or c.unit or c.counts for c in columns):
+        return False
+    if any(c.quantity not in ("unknown", "reading", "force") for c in columns):
         return False
     first, last = (np.column_stack([numbers_of(c) for c in own])
                    for own in (columns[:3], columns[3:]))  # fmt: skip

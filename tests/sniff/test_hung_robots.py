@@ -151,10 +151,10 @@ def test_a_bare_axis_is_positive_next_to_a_negative_one() -> None:
     assert [axis for axis, _ in sides_in(["x", "y", "z"]).values()] == [None] * 3
 
 
-@pytest.mark.parametrize("turned", ["zyx", "xyz"])
+@pytest.mark.parametrize("form", ["{} {} [{}]", "{}_{}_{}"])
 @pytest.mark.parametrize(("mean", "scatter"), [("ORT", "SS"), ("moy", "ét"), ("平均", "偏差")])
 def test_means_and_their_scatter_in_any_language(
-    tmp_path: Path, mean: str, scatter: str, turned: str
+    tmp_path: Path, mean: str, scatter: str, form: str
 ) -> None:
     rng = np.random.default_rng(3)
     turns = Rotation.random(24, random_state=2)
@@ -166,8 +166,8 @@ def test_means_and_their_scatter_in_any_language(
         table[f"{name} [°]"] = angle.round(2)
     for i, axis in enumerate(AXES):
         unit = "N" if i < 3 else "Nm"
-        table[f"{axis} {mean} [{unit}]"] = read[:, i].round(3)
-        table[f"{axis} {scatter} [{unit}]"] = rng.uniform(0.01, 0.02, 24).round(3)
+        table[form.format(axis, mean, unit)] = read[:, i].round(3)
+        table[form.format(axis, scatter, unit)] = rng.uniform(0.01, 0.02, 24).round(3)
     log = tmp_path / "form.csv"
     pd.DataFrame(table).to_csv(log, sep=";", decimal=",", index=False)
     part = _part([log])
@@ -175,7 +175,7 @@ def test_means_and_their_scatter_in_any_language(
     assert part.plan.ready
     column = part.plan.entries["tz_nm"].column
     assert column is not None
-    assert column.column == f"Mz {mean} [Nm]"
+    assert column.column == form.format("Mz", mean, "Nm")
 
 
 def test_words_behind_axes_may_be_legs(tmp_path: Path) -> None:
