@@ -19,7 +19,7 @@ from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part, called
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, numbers_of, seconds_of
-from footcal_cli.sniff.names import NameGuess, name_guess
+from footcal_cli.sniff.names import NameGuess, Quantity, name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, times
 from footcal_cli.sniff.shafts import shaft_entry
@@ -118,18 +118,20 @@ def _whole(
     """The plan that all files show together; None where they do not hang."""
     files = [numbered(file) for file in group]
     rows = [file.rows for file in files]
-    why = "the files' names"
-    columns = [
-        ColumnGuess(why, NameGuess(quantity), None, "likely", why, words=words,
-                    codes=np.repeat([words.index(word) for word in own], rows))
-        for quantity, own in (
-            ("label", [n.leg for n in names]), ("orientation", [n.rest for n in names]),
-        )
-        for words in (tuple(dict.fromkeys(own)),)
-    ]  # fmt: skip
+    columns = (
+        _said("label", [n.leg for n in names], rows),
+        _said("orientation", [n.rest for n in names], rows),
+    )
     plan = plan_of(as_one(files, (*columns, *more)))
     hung = plan is not None and plan.role == "hang" and plan.entries.get("orientation")
     return plan if hung else None
+
+
+def _said(quantity: Quantity, own: Sequence[str], rows: Sequence[int]) -> ColumnGuess:
+    """A column of what the name of each file says, in every row of it."""
+    words, why = tuple(dict.fromkeys(own)), "the files' names"
+    codes = np.repeat([words.index(word) for word in own], rows)
+    return ColumnGuess(why, NameGuess(quantity), None, "likely", why, words=words, codes=codes)
 
 
 def _together(group: Sequence[FileGuess], names: Sequence[_Named]) -> Part | None:

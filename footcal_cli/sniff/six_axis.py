@@ -132,14 +132,14 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     if pose is not None and pose.world_up != "+z":
         world = (f'world_up = "{pose.world_up}"    # in the attitudes',)
     turned = leg_tables(forces, mounts) if mounts is not None or len(forces) > 1 else ()
-    body = (OF_THE_BODY,) if "orientation" in entries and mounts is not None else ()
+    axes_of_body = (OF_THE_BODY,) if "orientation" in entries and mounts is not None else ()
     if NO_ATTITUDE in missing and len(forces) > 1:
-        body = (f"# {OF_THE_BODY}",)
+        axes_of_body = (f"# {OF_THE_BODY}",)
     return LogPlan(
         file, f"{len(forces)} six-axis transducer{'s' * (len(forces) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
-        "leg", rate, (*world, *turned), (*body, _WEIGHT), blanks=(*missing, *blanks),
+        "leg", rate, (*world, *turned), (*axes_of_body, _WEIGHT), blanks=(*missing, *blanks),
         warnings=tuple(warnings),
     )  # fmt: skip
 
