@@ -18,7 +18,8 @@ from footcal_cli.tables.carried import Carried
 from footcal_cli.tables.columns import cells_table, weights_stream_table, weights_table
 from footcal_cli.tables.delimited import before_power_was_lost, text_names, text_table
 from footcal_cli.tables.foreign import is_of_documents
-from footcal_cli.tables.nested import unpacked
+from footcal_cli.tables.logfiles import column_names, raw_columns, unpacked
+from footcal_cli.tables.longfiles import raw_pieces
 from footcal_cli.tables.places import places_of
 from footcal_cli.tables.reading import BLANKS, ForeignColumn, Layout, Reading
 from footcal_cli.tables.table import Table, read_table
@@ -185,6 +186,17 @@ def test_structs_and_lists_of_parquet(tmp_path: Path) -> None:
     pq.write_table(pa.table({"q": pa.array([[0.0], [1.0, 0.0]])}), tmp_path / "b.parquet")
     with pytest.raises(DataError, match="a list of now 1, now 2"):
         unpacked(tmp_path / "b.parquet")
+
+
+def test_lists_of_parquet_are_columns_of_a_table(tmp_path: Path) -> None:
+    table = pa.table({"t": [0.0, 1.0], "q": pa.array([[5.0, 6.0], [7.0, None]])})
+    pq.write_table(table, tmp_path / "a.parquet")
+    assert column_names(tmp_path / "a.parquet") == ["t", "q_0", "q_1"]
+    whole = raw_columns(tmp_path / "a.parquet", ["q_1", "t"], ())
+    assert list(whole) == ["q_1", "t"]
+    assert whole["q_1"].empty.tolist() == [False, True]
+    (piece,) = raw_pieces(tmp_path / "a.parquet", ["q_0"], ())
+    assert piece["q_0"].values.tolist() == [5.0, 7.0]
 
 
 def test_messages_printed_as_text() -> None:

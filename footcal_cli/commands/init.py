@@ -28,7 +28,7 @@ def looks_like(error: FootcalError) -> tuple[str, tuple[str, ...]]:
 def init(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs as they are.")],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE.toml", help="Recipe to write.")
+        Path, typer.Option("--output", "--out", "-o", metavar="FILE.toml", help="Recipe to write.")
     ] = Path("recipe.toml"),
     overwrite: Overwrite = False,
     quiet: Quiet = False,
@@ -40,7 +40,8 @@ def init(
     from footcal_cli.sniff.columns import guess_file
     from footcal_cli.sniff.experiment import why_not
     from footcal_cli.sniff.hint import accepted
-    from footcal_cli.sniff.recipe_text import listing, next_step, recipe_text
+    from footcal_cli.sniff.listing import listing
+    from footcal_cli.sniff.recipe_text import next_step, recipe_text
     from footcal_cli.sniff.several import parts_of
     from footcal_cli.sniff.unfit import unfit
 

@@ -10,8 +10,7 @@ import numpy as np
 from footcal_cli.errors import DataError
 from footcal_cli.formats.arrays import stream_of
 from footcal_cli.formats.contract import Arrays, ClockOf, Stream, with_unit
-from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns
-from footcal_cli.tables.nested import unpacked
+from footcal_cli.tables.logfiles import column_names, is_parquet, raw_columns, unpacked
 from footcal_cli.tables.rawcolumn import RawColumn
 
 

@@ -14,6 +14,7 @@ from footcal_cli.session.inspection import inspect, over_pieces
 from footcal_cli.session.request import Request
 from footcal_cli.session.saturated import FITS, without_saturated
 from footcal_cli.session.spells import without_spells
+from footcal_cli.session.unfound import refuse_unfound
 from footcal_cli.session.unloaded import over_logs
 from footcal_cli.tables.columns import TableType
 from footcal_cli.tables.copies import without_copies
@@ -114,6 +115,7 @@ class SessionLogs:
         """One log, with all that it says."""
         self._taken.add(path)
         robot = self.recipe.robot
+        refuse_unfound(self.recipe, table, path, self.every_path())
         read = read_table(path, table, self.recipe.reading(path), gravity_mps2=robot.gravity_mps2)
         self._keep(read)
         self.note(unless_calibrated(inspect(read, table, robot), self.parameters))
@@ -210,6 +212,7 @@ class SessionLogs:
             return
         self._taken.add(path)
         reading, robot = self.recipe.reading(path), self.recipe.robot
+        refuse_unfound(self.recipe, table, path, self.every_path())
         rows, said = 0, []
         for piece in read_pieces(path, table, reading, gravity_mps2=robot.gravity_mps2):
             self._keep(piece, rows)

@@ -28,7 +28,7 @@ from footcal_cli.sniff.groups import angle_unit, matrix, one_owner
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import LETTERED
 from footcal_cli.sniff.plan import Entry, of
-from footcal_cli.sniff.sides import opposite, orientation_in, pulls
+from footcal_cli.sniff.sides import opposite, pulls, sides_in
 from footcal_cli.tables.columns import AXIS_ANGLE, ROTVEC, RPY, XYZ, ZYZ
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
@@ -152,7 +152,7 @@ def named_orientation(words: Sequence[str], entry: Entry, force: FloatArray) -> 
     force
         Mean forces under these orientations, shape (n, 3).
     """
-    axes = {word: orientation_in(word) for word in dict.fromkeys(words)}
+    axes = {word: axis for word, (axis, _) in sides_in(words).items()}
     if not all(axes.values()):
         return None
     gravity = np.array([pulls(axes[word] or "") for word in words])

@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import lost_sign, lost_sign_by_load, signed, straightness
+from footcal_cli.sniff.behind_axes import without_words_behind
 from footcal_cli.sniff.clocks import (
     TICKS,
     even,
@@ -120,6 +121,7 @@ def _looked_at(path: Path, text: TextGuess, *, turn: bool = True) -> FileGuess:
     raw = {name: _ungrouped(column, text.layout.thousands) for name, column in raw.items()}
     empty = {name for name, column in raw.items() if column.silent.all()}
     called = said_by_names(names, path.name.split(".")[0], text.layout.pivot, empty)
+    called = without_words_behind(called, names, raw)
     columns = [
         _column(name, raw[name], units.get(name, ""), own)
         for name, own in zip(names, called, strict=True)

@@ -97,7 +97,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             _per_orientation(group, names) or _per_load(group, names) or beside
             or (None if plan is None else Part(_per_leg(group, plan, names), paths, names.match))
         )  # fmt: skip
-    if len(six) == 1 and not first.of("load") and (legs := _legs_per_orientation(group, names)):
+    if six and not first.of("load") and (legs := _legs_per_orientation(group, names)):
         return legs
     if len(readings(first)) > 1 and not stated and not six:
         both = cell_and_load(group, *names.with_unit)

@@ -6,7 +6,7 @@ oben``; what says neither, ``+x``, names the axis along gravity unless the force
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,8 +15,9 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.mounts import Mounts, hung_on
-from footcal_cli.sniff.plan import Blank, Entry, of
-from footcal_cli.sniff.sides import opposite, pulls, says_up, side_in
+from footcal_cli.sniff.plan import Blank, Entry, LogPlan, of
+from footcal_cli.sniff.sides import opposite, pulls, says_up, sides_in
+from footcal_cli.sniff.tokens import SIDES
 
 OF_THE_BODY = 'orientation_of = "body"    # its axes; transducers by rotation_rpy_rad of each leg'
 """The line in ``[hang_calib]``."""
@@ -32,6 +33,13 @@ NOT_ONE_WEIGHT = Blank(
 )  # fmt: skip
 
 
+NO_ATTITUDE = Blank(
+    ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
+     "#                  # body_r11 … body_r33, or gravity_x gravity_y gravity_z"),
+    "the log has no attitude, so nothing says which way gravity pulls",
+)  # fmt: skip
+
+
 def unnamed(column: ColumnGuess) -> Blank:
     """What is asked where words for orientations name no axis."""
     names = ", ".join(f'"{word}" = ""' for word in column.words[:6])
@@ -40,6 +48,24 @@ def unnamed(column: ColumnGuess) -> Blank:
          "# each the axis along gravity: +x -x +y -y +z -z"),
         f"nothing says which axis points down in each {column.column}",
     )  # fmt: skip
+
+
+def asked_by_file(plan: LogPlan, names: Sequence[str]) -> LogPlan:
+    """A plan of one log for each attitude that asks which axis points down in each of them.
+
+    Of logs that say no attitude, and whose names say none that is understood.
+    """
+    own = plan.entries.get("leg")
+    if len(names) < SIDES or "orientation" in plan.entries or (own and own.file_name):
+        return plan
+    said = ", ".join(f'"{name}" = ""' for name in names)
+    asked = Blank(
+        (f"# in [columns]: orientation = {{ file_name = '^(.+)$', names = {{ {said} }} }}",
+         "# each the axis along gravity: +x -x +y -y +z -z; or the attitude in a column"),
+        f"no attitude in the logs, and nothing says which axis points down in {names[0]} …",
+    )  # fmt: skip
+    blanks = (asked if blank is NO_ATTITUDE else blank for blank in plan.blanks)
+    return replace(plan, blanks=tuple(blanks))
 
 
 @dataclass(frozen=True)
@@ -63,7 +89,7 @@ def axes_named(words: tuple[str, ...], called: str) -> tuple[dict[str, str], boo
 
     None where a word names no axis.
     """
-    sides = {word: side_in(word) for word in words}
+    sides = sides_in(words)
     up, names = says_up(called), {}
     for word, (axis, said) in sides.items():
         if axis is None:

@@ -7,13 +7,13 @@ of Kabsch (1976); of the ways to read the attitude, the one that explains most i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.spatial import rotation_log, rotation_of_rpy, rpy_of_rotation
+from footcal_cli.core.spatial import rotation_log, rpy_of_rotation
 from footcal_cli.sniff.attitudes import (
     EXPLAINED,
     REACTS,
@@ -23,10 +23,11 @@ from footcal_cli.sniff.attitudes import (
     turns,
     upside_down,
 )
+from footcal_cli.sniff.drawn_turns import AXES_NEAR, nominal
 from footcal_cli.sniff.guesses import FileGuess
 
-_AXES_NEAR = np.radians(8.0)
-"""Transducers are mostly mounted along axes; so near to one the rest is taken for an error."""
+_CARRIED = 0.3
+"""Share of what changes in the forces' sum that the weight leaves, of a robot that stands."""
 _MOST = 4000
 _FITTED = 7
 """A rotation, a weight and three offsets."""
@@ -80,7 +81,7 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
         at = 0
     # of most: one leg with a broken axis does not make a robot that hangs one that stands
     if not hung[at].explained:
-        return Mounts(Attitude(first.entries, explains=False), {}, False)
+        return Mounts(Attitude(_standing(candidates, forces).entries, explains=False), {}, False)
     if not turns(first.gravity):
         return Mounts(Attitude(first.entries), {}, None)
     reacts = hung[at].reacts
@@ -93,6 +94,28 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
         warnings = (*warnings, REACTS.format("the transducers read", "them", "their"))
     attitude = Attitude(chosen.entries, warnings, reacts, True, chosen.world_up)
     return Mounts(attitude, hung[at].rotation, True)
+
+
+def _standing(
+    candidates: Sequence[AttitudeReading], forces: Mapping[str, FloatArray]
+) -> AttitudeReading:
+    """The reading in which transducers along the body's axes carry its weight together.
+
+    The first where none is much better: they may be turned in the body.
+    """
+    total = np.sum([*forces.values()], axis=0)
+    left = []
+    for one in candidates:
+        good = np.isfinite(total).all(axis=1) & np.isfinite(one.gravity).all(axis=1)
+        if not good.any():
+            return candidates[0]
+        f, g = (v[good] - v[good].mean(axis=0) for v in (total, one.gravity))
+        size, spread = float((f * f).sum()), float((g * g).sum())
+        slope = float((f * g).sum()) / spread if spread else 0.0
+        rest = float(((f - slope * g) ** 2).sum())
+        left.append(rest / size if size > 0.0 > slope else 1.0)
+    at = int(np.argmin(left))
+    return candidates[at] if left[at] < min(_CARRIED, left[0] / 3) else candidates[0]
 
 
 @dataclass(frozen=True)
@@ -126,10 +149,10 @@ def hung_on(gravity_b: FloatArray, forces: Mapping[str, FloatArray]) -> HungBody
     """
     fits = [{name: _kabsch(gravity_b, f)[i] for name, f in forces.items()} for i in (0, 1)]
     left = [float(np.median([fit.left for fit in own.values()])) for own in fits]
-    found = [{name: _nominal(fit.rotation) for name, fit in own.items()} for own in fits]
+    found = [{name: nominal(fit.rotation) for name, fit in own.items()} for own in fits]
     either = max(left) < 2 * min(left) + 1e-4 and max(left) < EXPLAINED
     turned = [float(np.mean([_angle(turn) for turn in own.values()])) for own in found]
-    plainer = turned[1] < turned[0] - _AXES_NEAR
+    plainer = turned[1] < turned[0] - AXES_NEAR
     reacts = bool(plainer if either else left[1] < 0.5 * left[0])
     chosen = fits[reacts]
     mean = float(np.mean([fit.left for fit in chosen.values()]))
@@ -162,16 +185,6 @@ def _kabsch(gravity_b: FloatArray, force: FloatArray) -> tuple[_Fit, _Fit]:
     by_chance = 3 * good.size / (3 * good.size - _FITTED)
     pulls, pushes = (by_chance * (1.0 - float(size @ d) ** 2 / whole) for d in (least, most))
     return _Fit((u * least) @ vt, pulls), _Fit(-(u * most) @ vt, pushes)
-
-
-def _nominal(rotation: FloatArray) -> FloatArray:
-    """The rotation along axes that is near, or the same in whole degrees."""
-    u, _, vt = np.linalg.svd(np.round(rotation))
-    along = u @ vt
-    if np.linalg.det(along) > 0 and _angle(rotation.T @ along) < _AXES_NEAR:
-        return np.asarray(np.round(along))
-    degrees = np.degrees(rpy_of_rotation(rotation))
-    return rotation_of_rpy(np.radians(np.round(degrees)).tolist())
 
 
 def _angle(rotation: FloatArray) -> float:

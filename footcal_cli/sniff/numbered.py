@@ -13,6 +13,7 @@ from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.couples import couples
 from footcal_cli.sniff.groups import AXES, are_two_plates, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.legs_in_rows import of_legs
 from footcal_cli.sniff.names import (
     FORCE,
     LETTERED,
@@ -24,7 +25,12 @@ from footcal_cli.sniff.names import (
     words_of,
 )
 from footcal_cli.sniff.pressed import carry_alike
-from footcal_cli.sniff.quaternions import by_letters, in_a_row, of_length_one
+from footcal_cli.sniff.quaternions import (
+    by_letters,
+    in_a_row,
+    of_length_one,
+    without_other_lengths,
+)
 from footcal_cli.sniff.units import GRAVITY_MPS2, split_unit
 
 _INDEXED = re.compile(r"^(.*?)[\[_. (]*(\d+)[\])]*$")
@@ -71,6 +77,7 @@ _LARGER = 3.0
 def numbered(file: FileGuess) -> FileGuess:
     """The log with numbered columns taken for wrenches, poses and rotation matrices."""
     file = replace(file, columns=tuple(_in_radians(c) for c in of_length_one(file)))
+    file = without_other_lengths(file)
     stems: dict[str, list[ColumnGuess]] = {}
     for column in file.columns:
         found = _INDEXED.match(column.column)
@@ -127,6 +134,7 @@ def _wrenches(
         and (not _NO_WRENCH.search(stem) or (name_guess(stem).side and _SAID_WRENCH.search(stem)))
         and c[0].column not in taken
     }  # fmt: skip
+    six = six or of_legs({k: c for k, c in stems.items() if c[0].column not in taken})
     nameless = [c for c in file.columns if c.column.startswith("column_")]
     free = [
         c for c in nameless
@@ -144,8 +152,9 @@ def _wrenches(
             where, turned = moving[:-_TURNED_AND_FELT], moving[-_TURNED_AND_FELT : -len(AXES)]
             made = _pose([*where, *turned])
     for stem, columns in six.items():
-        spread = [float(np.nanstd(c.values)) + 1e-9 for c in columns if c.values is not None]
-        torque_first = max(spread[3:]) > _LARGER * max(spread[:3])
+        torque_first = all(
+            size(columns[3:]) > _LARGER * size(columns[:3]) for size in (_scatter, _largest)
+        )  # in one attitude forces stand still, and torques of a leg that swings do not
         order = AXES[3:] + AXES[:3] if torque_first else AXES
         why = "six columns in a row; " + (
             "the last three vary more, so they are the forces" if torque_first
@@ -154,10 +163,21 @@ def _wrenches(
         owner = owner_of(re.sub(r"(?i)wrench|force|ft|tcp|actual|[\[_.]+", " ", stem).strip())
         for axis, column in zip(order, columns, strict=True):
             name = replace(
-                column.name, quantity="force", axis=axis, owner="" if owner == "sensor" else owner
-            )
+                column.name, quantity="force", axis=axis, owner="" if owner == "sensor" else owner,
+                unit=None,
+            )  # fmt: skip
             made[column.column] = replace(column, name=name, sure="guess", why=why)
     return made
+
+
+def _scatter(columns: Sequence[ColumnGuess]) -> float:
+    """The largest sd of several columns."""
+    return max(float(np.nanstd(numbers_of(c))) for c in columns) + 1e-9
+
+
+def _largest(columns: Sequence[ColumnGuess]) -> float:
+    """The largest number in several columns, whatever its sign."""
+    return max(float(np.nanmax(np.abs(numbers_of(c)))) for c in columns)
 
 
 def _gravity(file: FileGuess) -> dict[str, ColumnGuess]:

@@ -18,6 +18,7 @@ _TURNS = 0.05
 """How much a component changes at least where a quaternion is recognised by its length."""
 _MORE_THAN_ONE, _WITHIN = 3.0, 0.03
 """A length from which components are counts, and how far it may change, as a share of it."""
+_NEARLY_ONE = 0.05
 _LETTERED = re.compile(r"(?i)(.*?)[\W_]*([xyzw])")
 _LEAST_ROWS = 3
 
@@ -86,3 +87,22 @@ def of_length_one(file: FileGuess) -> tuple[ColumnGuess, ...]:
         for c in four
     }
     return tuple(own.get(c.column, c) for c in file.columns)
+
+
+def without_other_lengths(file: FileGuess) -> FileGuess:
+    """A log without quaternions by their numbers, ``q_0`` … ``q_3``, that are not of length one.
+
+    They are joints, or the first numbers of a longer row.
+    """
+    four = {c.name.axis: c for c in file.of("quaternion") if c.values is not None}
+    if set(four) != set("0123") or len(file.of("quaternion")) != len(four):
+        return file
+    length = np.linalg.norm(np.column_stack([numbers_of(c) for c in four.values()]), axis=1)
+    if np.nanmedian(np.abs(length - 1.0)) < _NEARLY_ONE:
+        return file
+    names = {c.column for c in four.values()}
+    why = "four numbers that are not of length one"
+    return replace(file, columns=tuple(
+        replace(c, name=NameGuess("unknown"), why=why) if c.column in names else c
+        for c in file.columns
+    ))  # fmt: skip

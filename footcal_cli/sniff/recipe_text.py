@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os.path
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.plan import Blank, Entry, LogPlan, of, rate_said
-from footcal_cli.tables.columns import body_table
+from footcal_cli.sniff.plan import Blank, Entry, of, rate_said
 from footcal_cli.tables.reading import BLANKS, Layout
 
 _ROBOT = "# [robot]"
@@ -34,9 +33,9 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     stem = parts[0].paths[0].name.split(".")[0]
     lines = [
         "# Written by footcal init. Every guess says how sure it is: sure, likely, guess.",
-        *(f"# {part.plan.kind} ({part.plan.sure}: {part.plan.why})" for part in parts),
+        *dict.fromkeys(f"# {p.plan.kind} ({p.plan.sure}: {p.plan.why})" for p in parts),
         f"# Next: {next_step(parts, command_line)}",
-        *(f"# Check: {warning}" for part in parts for warning in part.plan.warnings),
+        *dict.fromkeys(f"# Check: {warning}" for p in parts for warning in p.plan.warnings),
         f"name = {_quoted(stem)}",
     ]
     root = _data_root(parts, target)
@@ -79,9 +78,9 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
         for role in (part.plan.role, *("zeros",) * bool(part.plan.zeros_where)):
             roles.setdefault(role, []).extend(_relative(p, target) for p in part.paths)
     lines += [f"{role} = [{', '.join(map(_quoted, names))}]" for role, names in roles.items()]
-    for part in parts:
-        if part.plan.options:
-            lines += ["", f"[{part.plan.command.replace('-', '_')}]", *part.plan.options]
+    for command in dict.fromkeys(part.plan.command for part in parts if part.plan.options):
+        own = (line for p in parts if p.plan.command == command for line in p.plan.options)
+        lines += ["", f"[{command.replace('-', '_')}]", *dict.fromkeys(own)]
     if kind := _diagnosed(parts):
         other = "    # or weights" * any(part.plan.command == "offline-fit" for part in parts)
         lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}{other}"]
@@ -121,77 +120,6 @@ def _wanted(parts: Sequence[Part], command: str) -> str:
     """What the logs of a command leave open, each once."""
     plans = (part.plan for part in parts if part.plan.command == command)
     return "; ".join(dict.fromkeys(b.why for own in plans for b in own.blanks if b.needed))
-
-
-def listing(parts: Sequence[Part]) -> list[str]:
-    """What every column was taken for, a line each."""
-    lines = []
-    for part in parts:
-        alike = len(part.paths) - 1
-        for file in (part.plan.file, *(b.file for b in part.beside)):
-            said = "; ".join(file.text.said)
-            rate = f", {file.rate_hz:.4g} Hz" if file.rate_hz else ""
-            lines.append(
-                f"{file.path.name}: {file.rows} rows{rate}" + (f"; {said}" if said else "")
-            )
-            if alike and file is part.plan.file:
-                lines.append(f"  and {alike} more like it")
-        lines.append(f"  {part.plan.sure}: {part.plan.kind}, by {part.plan.why}")
-        used: dict[str, tuple[str, Entry]] = {}
-        choosing: set[str] = set()
-        on_top: dict[str, str] = {}
-        behind: dict[str, str] = {}
-        for name, entry in _all_entries(part.plan):
-            choosing |= set(entry.only_where)
-            if entry.column is not None:
-                first = used.get(entry.column.column)
-                both = name if first is None else f"{first[0]}, {name}"
-                used[entry.column.column] = (both, entry)
-                below = entry.column.column
-                on_top |= {c: f"{below} in {unit}" for c, unit in entry.column.plus.items()}
-                behind |= {entry.column.followed_by: below}
-            elif entry.file_name is not None:
-                lines.append(f"  {name}: from the file's name ({entry.why})")
-            elif entry.value is not None and entry.sure == "guess":
-                lines.append(f"  {name} = {entry.value}   guess: {entry.why}")
-        for column in part.plan.file.columns:
-            if column.column in used:
-                name, entry = used.pop(column.column)
-                unit = f" in {entry.unit}" if entry.unit else ""
-                lines.append(f"  {column.column} -> {name}{unit}   {entry.sure}: {entry.why}")
-            elif column.column in _read_anyway(part.plan):
-                lines.append(f"  {column.column} -> read as it stands   sure: its name")
-            elif column.column in on_top:
-                lines.append(f"  {column.column} -> on top of {on_top[column.column]}")
-            elif column.column in behind:
-                lines.append(f"  {column.column} -> behind {behind[column.column]}")
-            elif column.column in part.plan.zeros_where:
-                text = part.plan.zeros_where[column.column]
-                lines.append(f"  {column.column} -> zeros where it is {text}   likely: no cell "
-                             "carries anything there")  # fmt: skip
-            elif column.column in choosing:
-                lines.append(f"  {column.column} -> which of them the load lies on")
-            else:
-                what = "not recognised" if column.quantity == "unknown" else column.quantity
-                lines.append(f"  {column.column} -> not used   ({what}: {column.why})")
-        for source, (name, entry) in used.items():
-            lines.append(f"  {source} -> {name}   {entry.sure}: {entry.why}")
-        lines += [f"  check: {warning}" for warning in part.plan.warnings]
-    return lines
-
-
-def _read_anyway(plan: LogPlan) -> set[str]:
-    """Columns of the body's stream that bear footcal's own names and need no entry."""
-    names = {column.column for column in plan.file.columns}
-    feet = dict.fromkeys(name.partition("_foot_")[0] for name in names if "_foot_" in name)
-    return names & {column.name for column in body_table(tuple(feet)).columns}
-
-
-def _all_entries(plan: LogPlan) -> Iterator[tuple[str, Entry]]:
-    yield from plan.entries.items()
-    for entry, own in plan.wide.items():
-        for name, place in own.items():
-            yield f"{entry}: {name}", place
 
 
 def _file_lines(part: Part, several: bool) -> list[str]:

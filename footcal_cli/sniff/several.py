@@ -20,10 +20,12 @@ from footcal_cli.sniff.frames import rate_asked
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.hangings import asked_by_file
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
 from footcal_cli.sniff.hung_in_stand import with_hung_stance
 from footcal_cli.sniff.indexed import ATTITUDE, indexed
 from footcal_cli.sniff.known_pieces import with_known_pieces
+from footcal_cli.sniff.legs_in_files import legs_in_files
 from footcal_cli.sniff.lifted import in_the_air_apart, with_lifted
 from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
@@ -38,7 +40,7 @@ from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.shafts import with_shafts
-from footcal_cli.sniff.six_axis import HUNG_FIRST
+from footcal_cli.sniff.six_axis import HUNG_FIRST, NO_PHASE
 from footcal_cli.sniff.stepping import with_sides
 from footcal_cli.sniff.stretches import by_stretches
 from footcal_cli.sniff.twins import by_experiment, without_twins
@@ -61,8 +63,19 @@ def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
                 blank for blank in part.plan.blanks if blank is not HUNG_FIRST
             ))) for part in made
         ]  # fmt: skip
-        made = of_one_sign(made)
+        made = of_one_sign([_with_phase_asked(part, made) for part in made])
     return sorted(made, key=lambda part: part.plan.command == "pose-calib"), others
+
+
+def _with_phase_asked(part: Part, parts: Sequence[Part]) -> Part:
+    """Poses without the shaft angles that the hanging robot's log has: these are asked for."""
+    plan = part.plan
+    hung = [other.plan for other in parts if other.plan.role == "hang"]
+    turned = any("phase_rad" in own for p in hung for own in (p.entries, *p.wide.values()))
+    held = plan.entries.get("phase_rad")
+    if not turned or plan.command != "pose-calib" or held is None or held.value is None:
+        return part
+    return replace(part, plan=replace(plan, blanks=(*plan.blanks, NO_PHASE)))
 
 
 def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
@@ -70,6 +83,10 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     by_index, files = indexed_placements(files)
     placed_apart += by_index
     alike = groups_of(files)
+    hung, alike = legs_in_files(alike)
+    if hung:
+        more, others = _planned([file for group in alike for file in group]) if alike else ([], [])
+        return [*hung, *more], others
     if len(alike) == 2 and all(len(group) == 1 for group in alike) and not placed_apart:
         joined = _two(alike[0][0], alike[1][0])
         if joined:
@@ -97,7 +114,8 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         if made is None:
             others += group
         else:
-            parts.append(by_foot(made))
+            plan = asked_by_file(made.plan, called(made.paths))
+            parts.append(by_foot(replace(made, plan=plan)))
     parts, others = with_bodies(without_twins(parts), others)
     parts, others = with_index(parts, others)
     placed, left = with_places(parts, others)

@@ -23,6 +23,9 @@ _NUMBERED = re.compile(
     r"angulo|angolo|θ|φ)[\W_]?\d(?!\d)", re.IGNORECASE,
 )  # fmt: skip
 """Joints by their number: ``FL_q1``, ``joint_2``, ``θ1``."""
+_CALLED = {"phi", "theta", "alpha", "psi", "beta", "ang", "angle", "joint", "gelenk", "winkel", "q",
+           "φ", "θ", "α"}  # fmt: skip
+"""How the angle of a leg is called without a number: ``Phi_VL``."""
 _TURNS_MOST = "the joint that moves most next to its transducer"
 _LARGEST_RAD = 13.0
 """An angle without a unit that goes further than two turns in radians is in degrees."""
@@ -90,7 +93,7 @@ def _beside_the_others(column: ColumnGuess, others: Sequence[ColumnGuess]) -> st
 
 
 def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
-    """Logs in which numbered joints of legs (q1, q2) are known for shafts, or for other joints.
+    """Logs in which joints of legs (q1, q2, Phi) are known for shafts, or for other joints.
 
     The joint of each leg that moves most next to its transducer turns the leg; the others are held,
     or move what hangs there. What one log shows holds for all of them.
@@ -99,21 +102,43 @@ def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
     for file in files:
         six = wrenches(numbered(file))
         if six and not file.of("phase"):
-            made = replace(file, columns=tuple(map(_as_shaft, file.columns)))
+            joints = _joints(file) if len(six) > 1 else set[str]()
+            felt = {c.column for axes in six.values() for c in axes.values()}
+            free = tuple(c for c in file.columns if c.column not in felt)
+            made = replace(file, columns=tuple(_as_shaft(c, joints) for c in free))
             found |= {c.column for c in beside(made, six, "phase").values()}
-    return [replace(file, columns=tuple(_known(c, found) for c in file.columns)) for file in files]
+    return [
+        replace(file, columns=tuple(_known(c, found, _joints(file)) for c in file.columns))
+        for file in files
+    ]
 
 
-def _as_shaft(column: ColumnGuess) -> ColumnGuess:
-    """A column of a numbered joint as that of a shaft."""
-    numbered_joint = column.values is not None and _NUMBERED.search(column.column)
+def _joints(file: FileGuess) -> set[str]:
+    """Columns that turn a leg about one axis, ``R1_pitch``: no attitude, which has a roll too."""
+    turns = [c for c in file.of("angle") if c.name.axis in ("roll", "pitch", "yaw")]
+    held = {stem: {c.name.axis for c in turns if _stem(c) == stem} for stem in {*map(_stem, turns)}}
+    several = sum("roll" not in axes for stem, axes in held.items() if stem) > 1
+    return {c.column for c in turns if several and _stem(c) and "roll" not in held[_stem(c)]}
+
+
+def _stem(column: ColumnGuess) -> str:
+    """What a name says beside its angle: the leg."""
+    return "_".join(p for p in (column.name.side, column.name.place, column.name.owner) if p)
+
+
+def _as_shaft(column: ColumnGuess, joints: Collection[str] = ()) -> ColumnGuess:
+    """A column of a joint as that of a shaft."""
+    if column.column in joints:
+        return column.as_quantity("phase", "guess", _TURNS_MOST)
+    called = _NUMBERED.search(column.column) or _CALLED & {*words_of(column.column)}
     plain = column.quantity in ("unknown", "quaternion") and column.unit in (None, "rad", "deg")
-    return column.as_quantity("phase", "guess", _TURNS_MOST) if numbered_joint and plain else column
+    joint = column.values is not None and called and plain
+    return column.as_quantity("phase", "guess", _TURNS_MOST) if joint else column
 
 
-def _known(column: ColumnGuess, shafts_of: Collection[str]) -> ColumnGuess:
-    """A numbered joint as what the logs of legs show it to be."""
-    made = _as_shaft(column)
+def _known(column: ColumnGuess, shafts_of: Collection[str], joints: Collection[str]) -> ColumnGuess:
+    """A joint as what the logs of legs show it to be."""
+    made = _as_shaft(column, joints)
     if not shafts_of or made is column:
         return column
     if column.column in shafts_of:
@@ -134,9 +159,9 @@ def shafts(
     if len(six) == 1 and len(named) > 1:  # the joint that moves the leg, not those that are held
         named = [max(named, key=lambda c: float(np.nanstd(numbers_of(c))))]
     if len(named) == 1:
-        return _angle(named[0]), {}
+        return shaft_entry(named[0]), {}
     each = beside(file, six, "phase") or beside(file, six, "angle")
-    return None, {name: _angle(column) for name, column in each.items()}
+    return None, {name: shaft_entry(column) for name, column in each.items()}
 
 
 def _columns(file: FileGuess, quantities: tuple[Quantity, ...]) -> list[ColumnGuess]:
@@ -147,7 +172,7 @@ def _columns(file: FileGuess, quantities: tuple[Quantity, ...]) -> list[ColumnGu
     ]  # fmt: skip
 
 
-def _angle(column: ColumnGuess) -> Entry:
+def shaft_entry(column: ColumnGuess) -> Entry:
     """A shaft angle in its unit, or in the one that its size says."""
     if column.unit:
         return of(column, column.unit)

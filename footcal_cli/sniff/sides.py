@@ -6,13 +6,20 @@ Room: sniff; asked for names of orientations.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 
-_UP = "up|upwards?|top|oben|hoch|haut|arriba|su|sopra|alto|cima|boven|вверх|上"
-_DOWN = "down|downwards?|unten|runter|bas|abajo|giu|giù|sotto|basso|baixo|beneden|вниз|下"
+_UP = (
+    "up|upwards?|top|oben|hoch|auf|aufwärts|haut|arriba|su|sopra|alto|cima|boven|omhoog|upp|uppåt|"
+    "ylös|ylos|yukar[ıi]|gór[aęy]|gora|nahoru|fel|вверх|上"
+)
+_DOWN = (
+    "down|downwards?|unten|runter|ab|abwärts|bas|abajo|giu|giù|sotto|basso|baixo|beneden|omlaag|"
+    "ned|nedåt|alas|aşağ[ıi]|asagi|dół|dol|dolů|dolu|вниз|下"
+)
 _FILLED = (
     r"(?:(?:axis|achse|eje|axe|asse|is|points?|pointing|nach|zeigt|hacia|vers|verso|para)[ _-]*)*"
 )
@@ -29,8 +36,12 @@ _WAY_FIRST = re.compile(
     rf"(?:^|[^a-z])(?P<way>{_UP}|{_DOWN})[ _]*(?:is|=)?[ _]*(?P<sign>[+-]?)(?P<axis>[xyz])(?![a-z])"
 )
 """``up_x``, ``down -z``."""
-_TWO_LETTERS = re.compile(r"(?P<sign>[+-]?)(?P<axis>[xyz])[ _-]?(?P<way>[ud])")
-"""``zu``, ``xd``: the whole word."""
+_TWO_LETTERS = re.compile(
+    r"(?:^|[^a-z0-9+-])(?P<sign>[+-]?)(?P<axis>[xyz])[ _-]?(?P<way>[ud])(?=\.|$)"
+)
+"""``zu``, ``hang_xd``."""
+_BARE = re.compile(r"(?:^|[^a-z0-9])([xyz])(?=[^a-z0-9]|$)")
+_CAMEL = re.compile(r"(?<=[a-z])(?=[XYZ])")
 _SIDES_OF_A_BODY = {
     axis: re.compile(
         rf"(?:^|[^a-z])(?:{words})[ _-]*(?:side|seite)?[ _-]*{_FILLED}"
@@ -64,8 +75,8 @@ def orientation_in(word: str) -> str | None:
 
 def side_in(word: str) -> tuple[str | None, bool]:
     """The axis along gravity as `orientation_in` reads it, and whether up or down is said of it."""
-    small = word.lower()
-    if (both := _TWO_LETTERS.fullmatch(small.strip())) is not None:
+    small = _CAMEL.sub("_", word).lower()
+    if (both := _TWO_LETTERS.search(small)) is not None:
         return _along(both["axis"], both["sign"], up=both["way"] == "u"), True
     for posture, axis in _POSTURES.items():
         if re.search(rf"(?:^|[^a-z])(?:{posture})(?![a-z])", small):
@@ -82,6 +93,17 @@ def side_in(word: str) -> tuple[str | None, bool]:
         if (said := side.search(small)) is not None:
             return (axis if not said["up"] else opposite(axis)), True
     return None, False
+
+
+def sides_in(words: Sequence[str]) -> dict[str, tuple[str | None, bool]]:
+    """`side_in` of words that stand together: next to ``-x`` a bare ``x`` is the positive axis."""
+    sides = {word: side_in(word) for word in words}
+    signed = any(axis is not None and not said for axis, said in sides.values())
+    for word, (axis, _) in sides.items():
+        bare = _BARE.findall(word.lower())
+        if signed and axis is None and len(bare) == 1:
+            sides[word] = f"+{bare[0]}", False
+    return sides
 
 
 def says_up(name: str) -> bool | None:

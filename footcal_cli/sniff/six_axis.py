@@ -13,7 +13,13 @@ from footcal_cli.sniff.axes import axes_of, said_above
 from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.hangings import NOT_ONE_WEIGHT, OF_THE_BODY, of_a_body, unnamed
+from footcal_cli.sniff.hangings import (
+    NO_ATTITUDE,
+    NOT_ONE_WEIGHT,
+    OF_THE_BODY,
+    of_a_body,
+    unnamed,
+)
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
@@ -29,6 +35,8 @@ _LOADED, _TOGETHER = 10.0, 0.2
 """A weight is so much larger than its changes; what is shifted adds up to so much less."""
 _ROWS_OF_A_POSE = 0.5
 """A pose that has two rows of each leg and more is a stretch of a stream."""
+_HELD = 0.05
+"""Share of the forces' variance over all poses that may be within one."""
 _STILL = 0.05
 """Forces that scatter by so small a share of another transducer's do not feel what it feels."""
 WHERE_LEGS = "no log says where the transducers sit"
@@ -36,10 +44,19 @@ HUNG_FIRST = Blank(
     ("# footcal hang-calib first, then pose-calib … --parameters …/parameters.json",),
     "standing poses need offsets and leg weights of a hanging calibration",
 )
+NO_PHASE = Blank(
+    ('# in [files.wide…] of the poses: phase_rad = { column = "…", unit = "rad" }',),
+    "the shaft turns while the robot hangs, and nothing says its angle in the poses",
+)
 TURNED = Blank(
     ("# the attitude in [columns] must be the transducer's own",),
     "in this attitude the forces are not the weight of one thing: it may be that of another frame",
 )
+
+
+_WEIGHT = "# leg_weight_n =    # if known roughly: what hangs on the transducer, a start of the fit"
+
+_CHASSIS = "# chassis_com_m = [0.0, 0.0, 0.0]    # if known: CoM of what the transducers carry"
 
 
 def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogPlan:
@@ -108,25 +125,22 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     elif pose is None and orientation:
         missing = (unnamed(orientation[0]),)
     elif pose is None and not orientation:
-        missing = (Blank(
-            ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
-             "#                  # body_r11 … body_r33, or gravity_x gravity_y gravity_z"),
-            "the log has no attitude, so nothing says which way gravity pulls",
-        ),)  # fmt: skip
+        missing = (NO_ATTITUDE,)
     if _counted(six) and "f" not in said.per_count:
         missing = (*missing, COUNTED)
     world: tuple[str, ...] = ()
     if pose is not None and pose.world_up != "+z":
         world = (f'world_up = "{pose.world_up}"    # in the attitudes',)
-    weight = Blank(("# leg_weight_n =    # what hangs on the transducer, roughly",),
-                   "a start only: the weight is estimated", False)  # fmt: skip
+    turned = leg_tables(forces, mounts) if mounts is not None or len(forces) > 1 else ()
+    axes_of_body = (OF_THE_BODY,) if "orientation" in entries and mounts is not None else ()
+    if NO_ATTITUDE in missing and len(forces) > 1:
+        axes_of_body = (f"# {OF_THE_BODY}",)
     return LogPlan(
         file, f"{len(forces)} six-axis transducer{'s' * (len(forces) > 1)} turned under gravity",
         "six axes" + (" and an attitude" if pose else " and orientations" if orientation else ""),
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
-        "leg", rate, (*world, *(() if mounts is None else leg_tables(forces, mounts))),
-        (OF_THE_BODY,) if "orientation" in entries and mounts is not None else (),
-        blanks=(*missing, weight, *blanks), warnings=tuple(warnings),
+        "leg", rate, (*world, *turned), (*axes_of_body, _WEIGHT), blanks=(*missing, *blanks),
+        warnings=tuple(warnings),
     )  # fmt: skip
 
 
@@ -261,7 +275,8 @@ def _poses(
     """
     named = file.of("placement", "sequence", "repeat")
     time, rate, open_yet = times(file, needed=bool(rate_said(file)))
-    streamed = bool(time or rate) and not (named and _once_each(named[0], file, six, labels))
+    whole = bool(named) and (_once_each(named[0], file, six, labels) or _held_in(named[0], six))
+    streamed = bool(time or rate) and not whole
     if not (named or streamed):
         return None
     entries = {**(time if streamed else {"pose": of(named[0])}), **mounts.attitude.entries}
@@ -279,13 +294,13 @@ def _poses(
     entries |= _with_shafts(file, six, wide)
     if "phase_rad" not in entries and not any("phase_rad" in own for own in wide.values()):
         why = "no shaft angle: each leg is taken to keep its posture"
-        entries["phase_rad"] = Entry(value="0", why=why)
+        entries["phase_rad"] = Entry(value="0", sure="guess", why=why)
     legs = list(six) if wide else list(labels[0].words)
     return LogPlan(
         file, f"six-axis transducers at {len(legs)} hips while the robot stands in poses",
         "six axes of several legs, an attitude, and loads that are no leg's weight", "likely",
         "pose-calib", "still" if streamed else "poses", entries, (), wide, "leg",
-        rate if streamed else None, leg_tables(legs, None),
+        rate if streamed else None, leg_tables(legs, None), (_CHASSIS,),
         blanks=(
             MASS,
             Blank(("# position_m of each leg above, in m",), WHERE_LEGS),
@@ -305,6 +320,20 @@ def _once_each(
     different = len(pose.words) or np.unique(numbers_of(pose)).size
     often = (file.rate_hz or 0.0) > 1.0 and bool(file.of("time"))
     return bool(different > _ROWS_OF_A_POSE * rows) and not (often and pose.quantity == "sequence")
+
+
+def _held_in(pose: ColumnGuess, six: Mapping[str, dict[str, ColumnGuess]]) -> bool:
+    """Whether each number or name of a pose is one stretch of a stream, in which forces hold still.
+
+    Where the way from pose to pose is in a stretch, forces move there.
+    """
+    called = numbers_of(pose) if pose.codes is None else pose.codes.astype(float)
+    starts = np.flatnonzero(np.diff(called, prepend=np.nan) != 0)
+    if not np.isfinite(called).all() or not 2 < starts.size == np.unique(called).size:
+        return False
+    force = np.column_stack([forces_of(group) for group in six.values()])
+    within = [np.nanvar(own, axis=0).sum() for own in np.split(force, starts[1:]) if len(own)]
+    return bool(max(within) < _HELD * np.nanvar(force, axis=0).sum())
 
 
 def _without(file: FileGuess, entries: Mapping[str, Entry]) -> FileGuess:

@@ -13,7 +13,7 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import NameGuess, Quantity
 from footcal_cli.sniff.said_weights import said_weight, says_nothing, sums_of
-from footcal_cli.sniff.sides import orientation_in
+from footcal_cli.sniff.sides import sides_in
 from footcal_cli.sniff.silent import MEASURED, words_for_nothing
 from footcal_cli.sniff.tokens import (
     DAY,
@@ -138,7 +138,7 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
     weighed = weighed or _added_up(column, name, words, raw)
     if weighed is not None:
         return weighed
-    sides = {orientation_in(word) for word in different[:FEW]}
+    sides = {axis for axis, _ in sides_in(different[:FEW]).values()}
     if len(different) <= FEW and len(sides) >= SIDES and None not in sides:
         name = replace(name, quantity="orientation")
     directed = directions_of(different)

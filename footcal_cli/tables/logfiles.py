@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from footcal_cli.core.parameters import IntArray
 from footcal_cli.errors import DataError
 from footcal_cli.tables.delimited import text_names, text_table
+from footcal_cli.tables.nested import flat_names, flattened
 from footcal_cli.tables.pivot import own_names, pivoted, pivoted_names
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Layout
@@ -64,10 +65,7 @@ def column_names(path: Path, layout: Layout | None = None) -> list[str]:
     regular_file(path)
     if path.stat().st_size == 0:
         raise DataError("the file is empty", file=path, remedy="record or export the log again")
-    if is_parquet(path):
-        names = list(parquet_file(path).schema_arrow.names)
-    else:
-        names = text_names(path, layout or Layout())
+    names = _flat_names(path) if is_parquet(path) else text_names(path, layout or Layout())
     if not any(names):
         raise DataError(
             "no header line", file=path, remedy="name the columns in the first line", foreign=True
@@ -107,6 +105,7 @@ def raw_columns(
         import pyarrow as pa
 
         file = parquet_file(path)
+        whole = flat_names(file, path)
         if file.metadata.num_rows * len(names) > MOST_VALUES:
             raise DataError(
                 f"{file.metadata.num_rows} rows of {len(names)} columns are more than "
@@ -114,16 +113,38 @@ def raw_columns(
                 remedy="cut the log, or leave out rows",
             )  # fmt: skip
         try:  # one after the other: of a long log two tables need not be held
-            return {
-                name: of_arrow(
-                    file.read(columns=[name], use_threads=False).column(name), name, path
-                )
-                for name in names
-            }
+            found: dict[str, RawColumn] = {}
+            for held in dict.fromkeys(whole[name] for name in names):
+                column = file.read(columns=[held], use_threads=False).column(held)
+                found |= {
+                    name: of_arrow(part, name, path)
+                    for name, part in flattened(held, column, path) if name in names
+                }  # fmt: skip
+            return {name: found[name] for name in names}
         except (pa.ArrowException, OSError) as error:
             raise unreadable(path, error) from None
     frame, lines = text_table(path, layout or Layout(), texts)
     return {name: of_series(frame[name], lines) for name in names}
+
+
+def _flat_names(path: Path) -> list[str]:
+    """Names of the plain columns of a Parquet file, those in structs and lists too."""
+    file = parquet_file(path)
+    names = list(file.schema_arrow.names)
+    return names if len({*names}) < len(names) else list(flat_names(file, path))
+
+
+def unpacked(path: Path) -> dict[str, RawColumn]:
+    """Columns of a Parquet file; fields of structs by dotted names, lists of one length by number.
+
+    Raises
+    ------
+    DataError
+        A list whose length changes, or another type that is no number, text or time.
+    """
+    if not parquet_file(path).metadata.num_rows:
+        raise DataError("no rows", file=path, remedy="record the log again")
+    return dict(raw_columns(path, _flat_names(path), ()))
 
 
 def write_parquet(columns: pd.DataFrame | Mapping[str, object], path: Path) -> None:
@@ -213,12 +234,9 @@ def of_arrow(column: pa.ChunkedArray, name: str, path: Path) -> RawColumn:
         return RawColumn("text", np.array(column.to_pylist(), dtype=object), empty)
     if pa.types.is_null(kind):
         return RawColumn("number", np.full(len(column), np.nan), empty)
-    nested = pa.types.is_nested(kind)
     raise DataError(
         f"holds the type {short(str(kind))}, which is neither a number nor a text nor a time",
-        file=path, column=name,
-        remedy=f"run `footcal convert {path} --out {path.stem}_flat.parquet`, which makes a column "
-        "of each number" if nested else "export plain numbers, one column each",
+        file=path, column=name, remedy="export plain numbers, one column each",
     )  # fmt: skip
 
 

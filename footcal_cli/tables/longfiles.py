@@ -16,6 +16,7 @@ import numpy as np
 from footcal_cli.errors import DataError
 from footcal_cli.tables.delimited import LONGEST_HEADER, frame_of, has_plain_signs
 from footcal_cli.tables.logfiles import is_parquet, of_arrow, of_series, parquet_file, raw_columns
+from footcal_cli.tables.nested import flat_names, flattened
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Layout
 from footcal_cli.tables.textfiles import first_bytes, unreadable
@@ -115,10 +116,13 @@ def _of_parquet(path: Path, names: Sequence[str]) -> Iterator[Mapping[str, RawCo
     import pyarrow as pa
 
     file = parquet_file(path)
+    whole = flat_names(file, path)
+    wanted = list(dict.fromkeys(whole[name] for name in names))
     try:
-        for batch in file.iter_batches(PIECE_ROWS, columns=list(names), use_threads=False):
+        for batch in file.iter_batches(PIECE_ROWS, columns=wanted, use_threads=False):
             table = pa.Table.from_batches([batch])
-            yield {name: of_arrow(table.column(name), name, path) for name in names}
+            parts = dict(p for name in wanted for p in flattened(name, table.column(name), path))
+            yield {name: of_arrow(parts[name], name, path) for name in names}
     except (pa.ArrowException, OSError) as error:
         raise unreadable(path, error) from None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from footcal_cli.core.quality import Finding, some_of
@@ -67,7 +67,8 @@ class Places:
 
     `twice` holds columns that stand there under several names, `passed_over` those whose name the
     recipe gives although the file has the canonical one too, `not_mapped` those that were taken by
-    their canonical name because the file has none of the recipe's.
+    their canonical name because the file has none of the recipe's, `not_there` the recipe's names
+    of optional columns that the file has under no name.
     """
 
     found: dict[str, ForeignColumn]
@@ -75,6 +76,7 @@ class Places:
     twice: dict[str, list[str]]
     passed_over: dict[str, list[str]]
     not_mapped: tuple[str, ...] = ()
+    not_there: dict[str, str] = field(default_factory=dict)
 
 
 def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: Path) -> Places:
@@ -101,6 +103,8 @@ def _looked_up(table: TableType, header: Sequence[str], reading: Reading, path: 
                     f"{nearest(place.column, header)}",
                     file=path, remedy=f"the file has: {_some(header)}", foreign=True,
                 ))  # fmt: skip
+            elif not own:
+                places.not_there[spec.name] = place.column
             continue
         if len(own) > 1:
             places.twice[spec.name] = list(own)

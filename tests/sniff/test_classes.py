@@ -58,7 +58,7 @@ def test_hung_and_stood_under_the_same_names_are_two_logs(tmp_path: Path) -> Non
     made = numbered_legs_and_hips(tmp_path, np.random.default_rng(0))
     parts, others = parts_of([guess_file(path) for path in made.paths])
     assert not others
-    assert [part.plan.role for part in parts] == ["hang", "still"]
+    assert [part.plan.role for part in parts] == ["hang", "poses"]
     said = [line for table in parts[1].plan.robot for line in table.splitlines()]
     assert sum(line.startswith("position_m = [") for line in said) == 6
 
