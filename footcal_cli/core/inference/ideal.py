@@ -60,11 +60,11 @@ def balanced(
             rows = slice(None, None, case.stride if few else 1)
             of_whole = case.experiment.balance(whole) if few else balance
             parts = _noise_of_both_sides(case.experiment, whole, of_whole, derivative / spread)
-            beside, settled, felt, turning = (part[rows] for part in parts)
-            free = derivative * ~settled[:, None]
-            change = beside + _least_change(free, felt, balance.valid) * spread
+            beside, settled, felt, turning = parts
+            free = derivative * np.where(settled[rows], 0.0, 1.0)[:, None]
+            change = beside[rows] + _least_change(free, felt[rows], balance.valid) * spread
             ideal = truth.with_readings(truth.readings - change)
-            ideal = _demand_moved(case.experiment, ideal, balance.outputs, turning)
+            ideal = _demand_moved(case.experiment, ideal, balance.outputs, turning[rows])
         logs.append(used.apply(ideal, values)[0])
     return replace(case, logs=tuple(logs), stride=1 if few else case.stride)
 
