@@ -387,13 +387,13 @@ def _by_words(
         said = [w for w in compact if _meant(w) == quantity]
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV", "mV/V"):
-                return "reading", "", set(said)
-            if quantity in ("session", "repeat") and unit in LOADS:
-                return "load", "", set(said)  # Set (kg)
+                quantity = "reading"
+            elif quantity in ("session", "repeat") and unit in LOADS:
+                quantity = "load"  # Set (kg)
             return quantity, "", set(said)
     if set(words) & FORCE:
         return "force", "", set(words) & FORCE
-    if not compact or all(len(w) <= 2 for w in compact):
+    if all(len(w) <= 2 for w in compact):
         if unit in ("s", "ms", "us", "ns"):
             return "time", "", set()
         if unit in ("kg", "g", "lb", "oz", "kgf", "lbf"):

@@ -57,9 +57,10 @@ def out_of_step(
     for at, farthest in zip(when, most, strict=True):
         first, last = np.searchsorted(time_s, [at - farthest, at + farthest])
         stands = time_s[first:last][same[first:last]]  # at the load that is noted
-        before = at - stands[stands < at].max(initial=at - farthest)
-        after = stands[stands > at].min(initial=at + farthest) - at
-        far = min(max(AROUND_S, before, after), farthest)
+        # a side on which no sample stands at its load says nothing of when it came
+        before = [at - stands[stands < at].max()] if (stands < at).any() else []
+        after = [stands[stands > at].min() - at] if (stands > at).any() else []
+        far = min(max([AROUND_S, *before, *after]), farthest)
         near = slice(*np.searchsorted(time_s, [at - far, at + far]))
         off = np.abs(time_s[near] - at)[~same[near]]
         disturbed = off.size and off.max() > _BEYOND * window_s
