@@ -387,10 +387,9 @@ def _by_words(
         said = [w for w in compact if _meant(w) == quantity]
         if said and not (quantity == "load" and unit is None and {*said} <= GROSS | NET):
             if quantity == "load" and unit in ("count", "V", "mV", "mV/V"):
-                quantity = "reading"
-            elif quantity in ("session", "repeat") and unit in LOADS:
-                quantity = "load"  # Set (kg)
-            return quantity, "", set(said)
+                return "reading", "", set(said)
+            weighed = quantity in ("session", "repeat") and unit in LOADS  # Set (kg)
+            return "load" if weighed else quantity, "", set(said)
     if set(words) & FORCE:
         return "force", "", set(words) & FORCE
     if all(len(w) <= 2 for w in compact):
