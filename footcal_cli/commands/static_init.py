@@ -40,7 +40,7 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
 
     from footcal_cli.core.next_stance import stance_curve
     from footcal_cli.core.online.weighed import as_unsure_as_weighed, weighed_standing
-    from footcal_cli.core.plausibility import check_gains
+    from footcal_cli.core.plausibility import check_gain_apart, check_gains
     from footcal_cli.core.stances import stance_rows
     from footcal_cli.core.static_init import fit_static, stance_errors
     from footcal_cli.errors import DataError
@@ -81,6 +81,9 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
         weighed = replace(weighed, stated_sd_kg=robot.mass_sd_kg)
     session.note(weighed.findings())
     session.note(check_gains(belief.channels, fit.gain))
+    c = len(belief.channels)
+    prior = rows.prior_correlation * np.outer(rows.prior_sd, rows.prior_sd)
+    session.note(check_gain_apart(belief.channels, fit.gain, fit.covariance[:c, :c], prior[:c, :c]))
     found = outcome_of(robot.name, rows, fit, errors, quiet, curve, menu, weighed)
     session.note(standing_findings(recordings, fit.chi2, fit.dof))
     # standing, a wrong mass goes into zeros as well: into scales as far as the fit takes it there

@@ -85,7 +85,7 @@ def study(recording: Recording, plate: float = 0.0, *, live: bool = False) -> Ou
             ]
         )
 
-    plates = np.full((len(log), 2), plate)
+    plates = np.full(filtered.shape, plate / 4.0)  # of each cell of a foot
     weights = standing_weights(log.rows(40, 150), belief, WindowRule())
     _, window = best_smoothing(log, belief, weights, truth, OMEGAS)
     _, static = best_smoothing(log, belief, weights, truth, OMEGAS, static=True)
