@@ -17,13 +17,13 @@ from scipy import stats
 
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.answer import EffectStatus, Verdict
+from footcal_cli.core.diagnosis.gain import main_gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, can_carry
 from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.inference.signatures import SWITCHES
 from footcal_cli.intake.cases.shared import OF_CELLS
-from footcal_cli.sheets.diagnosis.words import main_gain
 from tests.contract.hiding import SHAPES, Seen, clean, diagnosed, sized
 from tests.contract.wiring import wiring
 from tests.contract.worlds import WORLDS, Hidden
@@ -126,7 +126,7 @@ def _judged(
     ]
     right = bool(sets) and any(effect.name in each for each in sets)
     wrong = any(effect.name not in each for each in sets)
-    largest = main_gain(found)
+    largest = main_gain(found.gains, found.problem)
     gain = None if largest is None else largest.change
     if wrong or (right and (gain is None or gain.low <= 0.0)):
         outcome = "MISS"

@@ -9,6 +9,7 @@ from footcal_cli.core.chain import Chain
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.departure import of_calibration
+from footcal_cli.core.diagnosis.gain import main_gain
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.inference.case import Case, rows_of
@@ -16,7 +17,6 @@ from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import refit
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.intake.cases.pose import with_known_offsets
-from footcal_cli.sheets.diagnosis.words import main_gain
 from tests.core.leg_cases import ROBOT, distorting, investigated, pose_case
 
 MATTERS_N = 0.1
@@ -66,7 +66,7 @@ def test_an_offset_that_moved_is_named_with_its_leg(seed: int) -> None:
     if cause.signature.where == LEGS[leg]:
         assert cause.size.low < size < cause.size.high
     # no block tells it, as all share it: the gain is that over the offsets as they hung
-    best = main_gain(found)
+    best = main_gain(found.gains, found.problem)
     assert best is not None
     assert best.change.low > 0.0
     if AXES[axis] == "fz":  # what the mountings, of which nothing is known, cannot take up

@@ -40,6 +40,16 @@ class Gain:
     change: Interval
     per_block: FloatArray
 
+    @property
+    def better_blocks(self) -> int:
+        """Number of blocks whose held-out error is smaller with the names than without."""
+        return int(np.sum(self.per_block[:, 1] < self.per_block[:, 0]))
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether the reduction is surely one, or is one in more than half of the blocks."""
+        return self.change.low > 0.0 or self.better_blocks > 0.5 * len(self.per_block)
+
 
 def gains_of(before: Problem, after: Problem, noise: Noise) -> tuple[Gain, ...]:
     """Held-out errors of the baseline and of the extended model, block by block.
@@ -83,6 +93,11 @@ def gains_from(before: Problem, old_loss: FloatArray, new_loss: FloatArray) -> t
             )
         )  # fmt: skip
     return tuple(gains)
+
+
+def main_gain(gains: Sequence[Gain], problem: Problem) -> Gain | None:
+    """The output where the names show most: by what they remove in units of the noise."""
+    return max(gains, key=lambda gain: bought([gain], problem), default=None)
 
 
 def bought(gains: Sequence[Gain], problem: Problem) -> float:

@@ -10,7 +10,7 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, MovedGain, Verdi
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.engine import leftover
 from footcal_cli.core.diagnosis.floor import is_large
-from footcal_cli.core.diagnosis.gain import Gain, gains_of
+from footcal_cli.core.diagnosis.gain import Gain, gains_of, main_gain
 from footcal_cli.core.diagnosis.kinds import of_another_kind
 from footcal_cli.core.diagnosis.likeliest import by_the_likeliest
 from footcal_cli.core.diagnosis.material import Nameless
@@ -195,13 +195,25 @@ def _answered(
         stands = standing(subject, way, verdict, share, rules, seed)
         if stands.holds:
             answer = named(subject, by_the_likeliest(subject, stands, rules, seed))
-            if verdict is not Verdict.NAMED or _sized(problem, stands.path, answer.found):
+            sure = _sized(problem, stands.path, answer.found) and _confirmed(answer, stands)
+            if verdict is not Verdict.NAMED or sure:
                 return answer
         # what was chosen without a block does not predict it, or is chosen only with all of them
         matters = large or matters_of(subject, way, beside=False)
         none = Verdict.UNKNOWN if matters else Verdict.NONE
         last = last or replace(_without_name(subject, way, none, share), stable=stands.stable)
     return last or _without_name(subject, baseline, Verdict.NONE, 0.0)
+
+
+def _confirmed(answer: Investigation, stands: Standing) -> bool:
+    """Whether blocks without a say become better with a certain name where it shows most.
+
+    Where a known calibration could take it up, its way says so instead.
+    """
+    gain = main_gain(answer.gains, answer.problem)
+    alpha = stands.path.rounds[0].rules.alpha_name
+    known = stands.departure is not None and stands.departure.p < alpha
+    return known or gain is None or gain.is_confirmed
 
 
 def _sized(problem: Problem, path: Path, found: Sequence[Found]) -> bool:

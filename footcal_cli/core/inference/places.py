@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from footcal_cli.core.chain import Chain
-from footcal_cli.core.effects.contract import Effect, Scope, units_of
+from footcal_cli.core.effects.contract import Effect, Scope, Trait, units_of
 from footcal_cli.core.inference.case import Case
 
 Owners = tuple[tuple[str, tuple[str, ...]], ...]
@@ -33,7 +33,8 @@ def places(effect: Effect, units: Sequence[str]) -> list[EffectPlace]:
     noun = {Scope.CHANNEL: "cells", Scope.FOOT: "feet", Scope.LEG: "legs"}[effect.scope]
     every = tuple(units)
     found: list[EffectPlace] = []
-    if len(every) > 1:
+    # what scales all cells alike is a mass: a gain that changed is one cell's
+    if len(every) > 1 and Trait.GAIN not in effect.traits:
         found.append((f"all {noun}", (("all", every),), every))
         feet = dict.fromkeys(u.split("_", 1)[0] for u in every)
         if effect.scope is Scope.CHANNEL and 1 < len(feet) < len(every):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectRow, EffectStatus
+from footcal_cli.core.diagnosis.gain import main_gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.evidence import Interval
@@ -22,7 +23,7 @@ from footcal_cli.sheets.diagnosis.contract import Answer
 from footcal_cli.sheets.diagnosis.evidence import table_rows
 from footcal_cli.sheets.diagnosis.experiment import experiment_words
 from footcal_cli.sheets.diagnosis.held import held_by
-from footcal_cli.sheets.diagnosis.words import better_blocks, main_gain, matters, remedy_of
+from footcal_cli.sheets.diagnosis.words import matters, remedy_of
 
 
 def record_of(
@@ -96,7 +97,7 @@ def _pair(interval: Interval) -> tuple[float, float] | None:
 
 def _cause_record(found: Investigation, item: Found) -> CauseRecord:
     cause, signature = item.cause, item.cause.signature
-    gain = main_gain(found)
+    gain = main_gain(found.gains, found.problem)
     shape = {
         name.rsplit(".", 1)[1]: interval.value
         for name, interval in zip(item.parameter_names, item.intervals, strict=True)
@@ -119,7 +120,7 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
             ci95=_pair(gain.change),
         ),
         # the same blocks as in the sentence: of the quantity that the gain is quoted for
-        blocks_better=cause.blocks_better if gain is None else better_blocks(gain),
+        blocks_better=cause.blocks_better if gain is None else gain.better_blocks,
         rivals=tuple(dict.fromkeys(r.effect for r in cause.rivals)),
         places=tuple(dict.fromkeys(s.where for s in cause.places)),
         probability=cause.probability,

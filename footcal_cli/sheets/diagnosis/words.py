@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
-from footcal_cli.core.diagnosis.gain import Gain, bought
+from footcal_cli.core.diagnosis.gain import main_gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.inference.evidence import Interval
@@ -129,16 +129,6 @@ def shape_words(item: Found) -> str:
     return ", ".join(parts[:2])
 
 
-def main_gain(found: Investigation) -> Gain | None:
-    """The output where the names show most: by what they remove in units of the noise."""
-    return max(found.gains, key=lambda g: bought([g], found.problem), default=None)
-
-
-def better_blocks(gain: Gain) -> int:
-    """Number of blocks whose held-out error is smaller with the names than without."""
-    return int(np.sum(gain.per_block[:, 1] < gain.per_block[:, 0]))
-
-
 def share_text(share: float, *, sign: bool = False) -> str:
     """A share of the error that goes, ``10.1 %``; ``worse`` where the error more than doubles.
 
@@ -161,7 +151,7 @@ def share_interval(low: float, high: float, decimals: int = 1) -> str:
 
 def gain_words(found: Investigation) -> str:
     """What the error falls by on data that no fit has seen."""
-    gain = main_gain(found)
+    gain = main_gain(found.gains, found.problem)
     if gain is None:
         return ""
     if found.once:
@@ -170,7 +160,7 @@ def gain_words(found: Investigation) -> str:
         )
         return f"It {how}, so that no other part of the log can confirm it"
     value = gain.change.value
-    better, blocks = better_blocks(gain), len(gain.per_block)
+    better, blocks = gain.better_blocks, len(gain.per_block)
     of = f"{blocks} blocks"
     if blocks < found.problem.blocks:
         of = f"the {blocks} blocks that hold it"
