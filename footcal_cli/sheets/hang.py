@@ -8,6 +8,7 @@ import numpy as np
 
 from footcal_cli.core.effects.six_axis_beliefs import LEG_COM
 from footcal_cli.core.hang.binned import binned_com
+from footcal_cli.core.hang.dead_axis import dead_axes
 from footcal_cli.core.hang.gains import unequal_gains
 from footcal_cli.core.hang.joint import HangFit
 from footcal_cli.core.hang.runs import HangRun
@@ -283,6 +284,7 @@ def findings(
 ) -> Iterator[Finding]:
     """Forces that are no weight, a CoM out of reach, tilts like those of a wrongly named axis."""
     thing = hanging_thing({leg: fit.model.order for leg, fit in fits.items()})
+    yield from dead_axes(runs, thing)
     for leg, fit in fits.items():
         yield from _no_weight(leg, fit, runs[leg], f"{thing} {leg}")
         unequal = unequal_gains(runs[leg])

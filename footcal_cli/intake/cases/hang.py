@@ -10,9 +10,11 @@ from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.effects import calibration_of, having
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.hang import EXPERIMENT
+from footcal_cli.core.hang.dead_axis import dead_axes
 from footcal_cli.core.hang.effect import hanging_effect
 from footcal_cli.core.hang.joint import HangFit, fit_hang
-from footcal_cli.core.hang.runs import RUN, are_held, blocked
+from footcal_cli.core.hang.runs import RUN, are_held, blocked, hang_runs
+from footcal_cli.core.hang.words import hanging_thing
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet
@@ -73,6 +75,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         untested |= needs_time(EXPERIMENT, "time stamps start anew in every hanging")
     weights = {leg: fit.values.weight_n for leg, fit in fits.items()}
     found = hanging_axes(undone, fits, options) + check_leg_weights(weights, None)
+    thing = hanging_thing({leg: fit.model.order for leg, fit in fits.items()})
+    found += dead_axes({leg: hang_runs(own)[0] for leg, own in undone.items()}, thing)
     return CaseRead(case, found, untested)
 
 
