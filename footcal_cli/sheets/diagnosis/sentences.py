@@ -188,10 +188,10 @@ def partly_named(found: Investigation, untested: Mapping[str, str]) -> tuple[str
     last = found.rounds[-1].before
     first = found.rounds[0].before
     share = 1.0 - last.ceiling / max(first.ceiling, 1e-9) if first.ceiling > 0 else 1.0
-    sentence = (
-        f"{causes_words(found)}: explains {100 * np.clip(share, 0, 1):.0f} % of what can be "
-        f"explained; the rest {depends_on(found)} and has no name."
-    )
+    explains = f"explains {100 * np.clip(share, 0, 1):.0f} % of what can be explained; the rest"
+    if found.once:  # a tracked calibration follows what happened once, but for its beginning
+        explains = "this happened once; something else"
+    sentence = f"{causes_words(found)}: {explains} {depends_on(found)} and has no name."
     return sentence[0].upper() + sentence[1:], [
         f"{gain_words(found)}.",
         *_detail_lines(found),
