@@ -38,9 +38,10 @@ def _on_cells(session: Session[StaticInitOptions], recordings: Sequence[Recordin
 
     import numpy as np
 
+    from footcal_cli.core.checks.gain_apart import check_gain_apart
     from footcal_cli.core.next_stance import stance_curve
     from footcal_cli.core.online.weighed import as_unsure_as_weighed, weighed_standing
-    from footcal_cli.core.plausibility import check_gain_apart, check_gains
+    from footcal_cli.core.plausibility import check_gains
     from footcal_cli.core.stances import stance_rows
     from footcal_cli.core.static_init import fit_static, stance_errors
     from footcal_cli.errors import DataError

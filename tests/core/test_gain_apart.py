@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from footcal_cli.core.checks.gain_apart import check_gain_apart
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.core.plausibility import check_gain_apart
 
 CELLS = tuple(f"left_{i}" for i in range(4)) + tuple(f"right_{i}" for i in range(4))
 PRIOR_SD, DRAWS = 0.02, 400
