@@ -6,7 +6,7 @@ Room: sniff; asked by six_axis and six_axis_feet.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,8 @@ _AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": 
                  "tz": "tz_nm"}  # fmt: skip
 _LONGEST_M, _LONGEST_CM = 2.0, 20.0
 """Torques that change so much beside forces of unknown unit are not in Nm, and not in Ncm."""
+_ARM_N = 60.0
+"""Forces up to so much may be kgf, whose robot or arm carries 60 kg, or N; larger ones are N."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,26 @@ def _lever(group: dict[str, ColumnGuess]) -> float:
     return torque / force if force > 0 else 0.0
 
 
+def unit_asked(groups: Iterable[dict[str, ColumnGuess]], said: Said) -> tuple[str, ...]:
+    """What to check where nothing states a unit: torques by a lever in cm or mm, small forces.
+
+    The same numbers are a weight in N with torques in N cm, and one in kgf with torques in kgf cm.
+    """
+    for group in groups:
+        if said.unit or said.per_count or any(c.unit for c in group.values()):
+            continue
+        most = max(float(np.nanmax(np.abs(numbers_of(group[a])))) for a in ("fx", "fy", "fz"))
+        lever = _lever(group)
+        if lever > _LONGEST_M and most < _ARM_N:
+            by = "cm" if lever <= _LONGEST_CM else "mm"
+            return (
+                f"no unit is stated: N and N {by} are taken. If they are kgf and kgf {by}, or gf "
+                f'and gf {by}, say unit = "kgf" of the forces and "kgf*{by}" of the torques: '
+                f"forces of {most:.3g} N are then {9.80665 * most:.3g} N",
+            )
+    return ()
+
+
 def axes_of(
     group: dict[str, ColumnGuess], said: Said, sign: float = 1.0, prefix: str = ""
 ) -> dict[str, Entry]:
@@ -86,7 +108,11 @@ def axes_of(
         factor = sign * column.name.factor
         factor *= said.per_count.get(kind, 1.0) if column.counts else 1.0
         entry = replace(of(column, unit), factor=None if factor == 1 else factor)
-        if kind == "t" and doubt:
+        if not column.unit and kind in said.unit:
+            entry = replace(entry, why="its name; the unit as it is said above the table")
+        elif kind == "t" and doubt:
             entry = replace(entry, sure="guess", why=why)
+        elif doubt and not column.unit:
+            entry = replace(entry, sure="guess", why="nothing says its unit: N or kgf")
         entries[prefix + name] = entry
     return entries

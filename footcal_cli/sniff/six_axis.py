@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
-from footcal_cli.sniff.axes import axes_of, said_above
+from footcal_cli.sniff.axes import axes_of, said_above, unit_asked
 from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
@@ -109,6 +109,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         return plates_of(file, six, rate, tuple(blanks))
     sign = -1.0 if pose is not None and pose.reacts else 1.0
     said = said_above(file)
+    warnings += unit_asked(six.values(), said)
     wide = {name: axes_of(group, said, sign) for name, group in six.items()} if len(six) > 1 else {}
     if not wide:
         entries |= axes_of(next(iter(six.values())), said, sign)
@@ -306,6 +307,7 @@ def _poses(
             Blank(("# position_m of each leg above, in m",), WHERE_LEGS),
             HUNG_FIRST, *(open_yet if streamed else ()),
         ),
+        warnings=unit_asked(six.values(), said),
     )  # fmt: skip
 
 

@@ -1,0 +1,20 @@
+"""What `init` says of logs of new labs, and what it takes their columns for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tests.conftest import Run
+from tests.strangers.thirty_sixth import kilograms_in_notes
+
+
+def test_forces_without_a_unit_are_asked_for(tmp_path: Path, run: Run) -> None:
+    made = kilograms_in_notes(tmp_path, np.random.default_rng(0))
+    log, notes = made.paths
+    alone = run("init", log, "-o", tmp_path / "alone.toml")
+    assert "check: no unit is stated: N and N cm are taken" in alone.out
+    both = run("init", log, notes, "-o", tmp_path / "both.toml")
+    assert "no unit" not in both.out
+    assert "FX -> fx_n in kgf" in both.out and "MX -> tx_nm in kgf*cm" in both.out
