@@ -23,6 +23,7 @@ from footcal_cli.sniff.hangings import (
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
+from footcal_cli.sniff.pose_numbers import pose_numbers
 from footcal_cli.sniff.shafts import beside, legs_first, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
 
@@ -274,7 +275,7 @@ def _poses(
     A row for each leg and pose has its name; in a stream the still stretches are the poses. None
     where neither names nor stamps are there.
     """
-    named = file.of("placement", "sequence", "repeat")
+    named = pose_numbers(file, labels) or file.of("placement", "sequence", "repeat")
     time, rate, open_yet = times(file, needed=bool(rate_said(file)))
     whole = bool(named) and (_once_each(named[0], file, six, labels) or _held_in(named[0], six))
     streamed = bool(time or rate) and not whole

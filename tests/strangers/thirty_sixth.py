@@ -6,7 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.strangers.rigs import G, Made, Rng, rows, tool_truth, wrist, write
+from scipy.spatial.transform import Rotation
+
+from tests.strangers.rigs import G, Array, Made, Rng, rows, tool_truth, wrist, write
+from tests.strangers.thirty_fifth import leg_truth, legs, swings
+
+UP = {"+x": [-1.0, 0, 0], "-x": [1.0, 0, 0], "+z": [0, 0, -1.0], "-z": [0, 0, 1.0]}
+"""Axis of a body that points up, and gravity in it."""
+AXES = "fx,fy,fz,mx,my,mz"
 
 
 def kilograms_in_notes(to: Path, rng: Rng) -> Made:
@@ -19,4 +26,30 @@ def kilograms_in_notes(to: Path, rng: Rng) -> Made:
     return Made([write(to / "kensa.csv", [names, *body]), notes], tool_truth(made))
 
 
-THIRTY_SIXTH = (kilograms_in_notes,)
+def long_poses_and_hanging(to: Path, rng: Rng) -> Made:
+    """A row for each leg: of a hanging in which one joint moves, and of poses by their number."""
+    turned = {"LP": 45.0, "PP": -45.0, "LT": -45.0, "PT": 45.0}
+    made = legs(rng, {n: Rotation.from_euler("z", a, degrees=True) for n, a in turned.items()})
+    hung, stood = [f"gora,t,noga,udo,{AXES}"], [f"pozycja,noga,q_w,q_x,q_y,q_z,odw,udo,{AXES}"]
+    for up, down in UP.items():
+        for name, leg in made.items():
+            angle = swings(120)
+            read = leg.read(angle, np.array(down), rng)
+            body = rows(0.125 * np.arange(120), angle, *read.T, form="%.5f")
+            hung += [f"{up},{t},{name},{rest}" for t, rest in (r.split(",", 1) for r in body)]
+    for pose in range(1, 21):
+        body = Rotation.from_euler("xyz", rng.normal(0.0, 0.15, 3))
+        share = rng.dirichlet([6.0] * len(made)) * 80.0
+        quat = np.roll(body.as_quat(), 1)
+        for (name, leg), load in zip(made.items(), share, strict=True):
+            angle = rng.normal(0.0, 0.3, 1)
+            push: Array = leg.mount.inv().apply(body.inv().apply([0.0, 0.0, load]))
+            read = leg.read(angle, body.inv().apply([0.0, 0.0, -1.0]), rng)[0]
+            read = read + np.r_[push, np.cross([0.02, 0.05, -0.3], push)]
+            numbers = [*quat, rng.normal(0.0, 0.4), angle[0], *read]
+            stood.append(f"{pose},{name}," + ",".join(f"{v:.5f}" for v in numbers))
+    paths = [write(to / "pozycje.csv", stood), write(to / "zwis.csv", hung)]
+    return Made(paths, leg_truth(made))
+
+
+THIRTY_SIXTH = (kilograms_in_notes, long_poses_and_hanging)
