@@ -17,7 +17,8 @@ def test_forces_without_a_unit_are_asked_for(tmp_path: Path, run: Run) -> None:
     assert "check: no unit is stated: N and N cm are taken" in alone.out
     both = run("init", log, notes, "-o", tmp_path / "both.toml")
     assert "no unit" not in both.out
-    assert "FX -> fx_n in kgf" in both.out and "MX -> tx_nm in kgf*cm" in both.out
+    assert "FX -> fx_n in kgf" in both.out
+    assert "MX -> tx_nm in kgf*cm" in both.out
 
 
 def test_poses_of_a_row_for_each_leg_are_no_hanging(tmp_path: Path, run: Run) -> None:
@@ -26,4 +27,5 @@ def test_poses_of_a_row_for_each_leg_are_no_hanging(tmp_path: Path, run: Run) ->
     assert "pozycja -> pose   likely" in done.out
     assert done.out.count("udo -> phase_rad in rad") == 2, "what moves in the hanging"
     assert "odw -> not used" in done.out
-    assert "hang-calib" in done.out and "after it pose-calib" in done.out
+    assert "hang-calib" in done.out
+    assert "after it pose-calib" in done.out

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-
 from scipy.spatial.transform import Rotation
 
-from tests.strangers.rigs import G, Array, Made, Rng, rows, tool_truth, wrist, write
+from tests.strangers.rigs import Array, G, Made, Rng, rows, tool_truth, wrist, write
 from tests.strangers.thirty_fifth import leg_truth, legs, swings
 
 UP = {"+x": [-1.0, 0, 0], "-x": [1.0, 0, 0], "+z": [0, 0, -1.0], "-z": [0, 0, 1.0]}
@@ -52,4 +51,20 @@ def long_poses_and_hanging(to: Path, rng: Rng) -> Made:
     return Made(paths, leg_truth(made))
 
 
-THIRTY_SIXTH = (kilograms_in_notes, long_poses_and_hanging)
+def files_of_foreign_legs(to: Path, rng: Rng) -> Made:
+    """A file for each leg and attitude: legs and ways by letters of a language, no word known."""
+    turned = Rotation.from_matrix([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    made = legs(rng, dict.fromkeys(("LP", "PP", "LZ", "PZ"), turned))
+    paths = []
+    for name, leg in made.items():
+        for up, down in UP.items():
+            angle = swings(150)
+            read = leg.read(angle, np.array(down), rng)
+            body = rows(0.1 * np.arange(150), np.degrees(angle), *read.T, sep=";", form="%.4f")
+            names = "cas_s;kycel_deg;Fx_N;Fy_N;Fz_N;Mx_Nm;My_Nm;Mz_Nm"
+            word = up[1] + ("N" if up[0] == "+" else "D")
+            paths.append(write(to / f"{name}_{word}.csv", [names, *body]))
+    return Made(paths, leg_truth(made))
+
+
+THIRTY_SIXTH = (kilograms_in_notes, long_poses_and_hanging, files_of_foreign_legs)
