@@ -114,7 +114,7 @@ def sides_in(words: Sequence[str]) -> dict[str, tuple[str | None, bool]]:
 
 
 def _by_letters(words: Sequence[str]) -> dict[str, tuple[str | None, bool]]:
-    """Sides by the letter behind an axis in each word, ``xN`` and ``xD``; empty for no such pair."""
+    """Sides by the letter behind an axis in each word, ``xN`` and ``xD``; empty without a pair."""
     found = {word: _LETTER.search(word.lower()) for word in words}
     ways = {one["way"] for one in found.values() if one}
     pair = next((p for p in _UP_AND_DOWN if ways == {*p}), None)

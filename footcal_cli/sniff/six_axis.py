@@ -26,6 +26,7 @@ from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, t
 from footcal_cli.sniff.pose_numbers import pose_numbers
 from footcal_cli.sniff.shafts import beside, legs_first, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
+from footcal_cli.sniff.turning import turned_along
 
 COUNTED = Blank(
     ("# in [columns]: factor of fx_n … tz_nm, newtons or newton metres in one count",),
@@ -123,7 +124,11 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         entries.setdefault("temperature_degc", of(column, column.unit))
     missing: tuple[Blank, ...] = ()
     if pose is not None and pose.explains is False:
-        missing = (_dead_axis(six) or (NOT_ONE_WEIGHT if orientation else TURNED),)
+        missing = (
+            _turned_along(file, six)
+            or _dead_axis(six)
+            or (NOT_ONE_WEIGHT if orientation else TURNED),
+        )
     elif pose is None and orientation:
         missing = (unnamed(orientation[0]),)
     elif pose is None and not orientation:
@@ -143,6 +148,16 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
         "leg", rate, (*world, *turned), (*axes_of_body, _WEIGHT), blanks=(*missing, *blanks),
         warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _turned_along(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> Blank | None:
+    """Transducers on the legs' side of their shafts, whose attitude is not the body's."""
+    found = turned_along(file, six)
+    return found and Blank(
+        ("# body_… in [columns]: the attitude of each row, turned by the leg's angle",),
+        f"the forces of {found[0]} turn with {found[1]}: it turns with its leg, so that each row "
+        "has an attitude of its own; write it into the log (roll, pitch, yaw of the transducer)",
     )  # fmt: skip
 
 

@@ -47,6 +47,20 @@ def turning(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> li
     return found
 
 
+def turned_along(
+    file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]
+) -> tuple[str, str] | None:
+    """A transducer that turns with its leg, and the angle: its forces turn in one attitude."""
+    at = _attitudes(file)
+    for column in file.of("phase"):
+        if column.values is None or column.unit not in _UNITS:
+            continue
+        for name, axes in six.items():
+            if _explained(column, axes, at, "f") > _EXPLAINED:
+                return name, column.column
+    return None
+
+
 def _read(column: ColumnGuess) -> Iterator[ColumnGuess]:
     """A column in each unit in which its numbers are angles of a leg."""
     units = [(column.unit, 1.0)] if column.unit else [("rad", 1.0), ("deg", 1.0), ("deg", _TENTHS)]

@@ -67,4 +67,20 @@ def files_of_foreign_legs(to: Path, rng: Rng) -> Made:
     return Made(paths, leg_truth(made))
 
 
-THIRTY_SIXTH = (kilograms_in_notes, long_poses_and_hanging, files_of_foreign_legs)
+def words_for_forces(to: Path, rng: Rng) -> Made:
+    """A file for each attitude of four legs: components as OpenSim writes them, in Dutch."""
+    made = legs(rng, {n: Rotation.identity() for n in ("LV", "RV", "LA", "RA")})
+    ends = ("kracht_vx", "kracht_vy", "kracht_vz", "moment_x", "moment_y", "moment_z")
+    names = ["time", *(f"{n}_heup" for n in made), *(f"{n}_{e}" for n in made for e in ends)]
+    paths = []
+    for up, down in UP.items():
+        angle = swings(160)
+        read = [leg.read(angle, np.array(down), rng) for leg in made.values()]
+        body = rows(0.08 * np.arange(160), *[angle] * 4, *np.hstack(read).T, sep="\t", form="%.5f")
+        word = f"ophang_{up[1]}_{'omhoog' if up[0] == '+' else 'omlaag'}"
+        head = [word, "version=1", "nRows=160", "nColumns=29", "inDegrees=no", "endheader"]
+        paths.append(write(to / f"{word}.mot", [*head, "\t".join(names), *body]))
+    return Made(paths, leg_truth({name.lower(): leg for name, leg in made.items()}))
+
+
+THIRTY_SIXTH = (kilograms_in_notes, long_poses_and_hanging, files_of_foreign_legs, words_for_forces)
