@@ -13,14 +13,12 @@ import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.plan import Entry, of
-from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.units import GRAVITY_MPS2, known_unit
 
 _AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": "ty_nm",
                  "tz": "tz_nm"}  # fmt: skip
 _LONGEST_M, _LONGEST_CM = 2.0, 20.0
 """Torques that change so much beside forces of unknown unit are not in Nm, and not in Ncm."""
-_ARM_N = 60.0
-"""Forces up to so much may be kgf, whose robot or arm carries 60 kg, or N; larger ones are N."""
 
 
 @dataclass(frozen=True)
@@ -62,22 +60,23 @@ def _lever(group: dict[str, ColumnGuess]) -> float:
 
 
 def unit_asked(groups: Iterable[dict[str, ColumnGuess]], said: Said) -> tuple[str, ...]:
-    """What to check where nothing states a unit: torques by a lever in cm or mm, small forces.
+    """What to check where nothing states a unit, and torques by a lever are in no Nm.
 
     The same numbers are a weight in N with torques in N cm, and one in kgf with torques in kgf cm.
     """
     for group in groups:
-        if said.unit or said.per_count or any(c.unit for c in group.values()):
+        lever = _lever(group)
+        named = said.unit or said.per_count or any(c.unit for c in group.values())
+        if named or lever <= _LONGEST_M:
             continue
         most = max(float(np.nanmax(np.abs(numbers_of(group[a])))) for a in ("fx", "fy", "fz"))
-        lever = _lever(group)
-        if lever > _LONGEST_M and most < _ARM_N:
-            by = "cm" if lever <= _LONGEST_CM else "mm"
-            return (
-                f"no unit is stated: N and N {by} are taken. If they are kgf and kgf {by}, or gf "
-                f'and gf {by}, say unit = "kgf" of the forces and "kgf*{by}" of the torques: '
-                f"forces of {most:.3g} N are then {9.80665 * most:.3g} N",
-            )
+        by = "cm" if lever <= _LONGEST_CM else "mm"
+        return (
+            f'no unit is stated: N and N {by} are taken. Say unit = "kgf" of the forces and '
+            '"kgf*cm" of the torques if they are so, or "gf" and "gf*cm": a force of '
+            f"{most:.3g} is {most:.3g} N, in kgf {GRAVITY_MPS2 * most:.3g} N, in gf "
+            f"{1e-3 * GRAVITY_MPS2 * most:.2g} N",
+        )
     return ()
 
 

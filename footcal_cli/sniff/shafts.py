@@ -65,7 +65,8 @@ def _of_one_leg(column: ColumnGuess, axis: ColumnGuess) -> bool:
 
 def _of_one_number(column: ColumnGuess, axis: ColumnGuess) -> bool:
     ours, theirs = (re.findall(r"\d+", c.column) for c in (column, axis))
-    return bool(ours) and [int(n) for n in ours] == [int(n) for n in theirs]
+    # behind its plug's number J1_0 has that of its axis
+    return bool(ours) and [int(n) for n in ours] == [int(n) for n in theirs[: len(ours)]]
 
 
 def _moving_most(found: Mapping[str, Sequence[ColumnGuess]]) -> dict[str, ColumnGuess]:

@@ -83,4 +83,36 @@ def words_for_forces(to: Path, rng: Rng) -> Made:
     return Made(paths, leg_truth({name.lower(): leg for name, leg in made.items()}))
 
 
-THIRTY_SIXTH = (kilograms_in_notes, long_poses_and_hanging, files_of_foreign_legs, words_for_forces)
+def plugs(to: Path, rng: Rng) -> Made:
+    """Six numbers of each plug in gf and gf cm, angles in tenths of a degree by its number."""
+    made = legs(rng, {f"J{n}": Rotation.identity() for n in (1, 2, 3)})
+    names = ["ms", *(f"ph{n}" for n in (1, 2, 3)), *(f"{j}_{i}" for j in made for i in range(6))]
+    paths = []
+    for k, down in enumerate(UP.values()):
+        angle = np.linspace(0.0, 2 * np.pi, 240)
+        read = [
+            leg.read(angle + np.radians(5.0 * i), np.array(down), rng)
+            / ([1e-3 * G] * 3 + [1e-5 * G] * 3) for i, leg in enumerate(made.values())
+        ]  # fmt: skip
+        tenths = np.round(10 * np.degrees(angle))
+        body = rows(100 * np.arange(240), tenths, tenths + 50, tenths + 100, *np.hstack(read).T,
+                    form="%.1f")  # fmt: skip
+        paths.append(write(to / f"LOG_{k:02d}.CSV", [",".join(names), *body]))
+    notes = write(to / "README.md", ["forces en gramme-force, moments en gramme-force.cm"])
+
+    def fill(recipe: str) -> str:
+        said = zip(range(4), ("-x", "+x", "-z", "+z"), strict=True)
+        named = ", ".join(f'"LOG_{k:02d}.CSV" = "{axis}"' for k, axis in said)
+        own = f"orientation = {{ file_name = '^(.+)$', names = {{ {named} }} }}"
+        return recipe.replace("[columns]\n", f"[columns]\n{own}\n", 1)
+
+    return Made([*paths, notes], leg_truth(made), "which axis points down", fill)
+
+
+THIRTY_SIXTH = (
+    kilograms_in_notes,
+    long_poses_and_hanging,
+    files_of_foreign_legs,
+    words_for_forces,
+    plugs,
+)
