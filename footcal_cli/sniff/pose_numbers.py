@@ -12,7 +12,7 @@ import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
 
-_WHY = "each of its values stands once beside each leg"
+_WHY = "each of its values stands once next to each leg"
 _TAKEN_FOR = ("placement", "sequence", "repeat", "unknown", "label", "load", "reading", "other")
 _LEAST_POSES = 3
 _WHOLE = 0.9
