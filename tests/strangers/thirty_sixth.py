@@ -37,13 +37,13 @@ def long_poses_and_hanging(to: Path, rng: Rng) -> Made:
             body = rows(0.125 * np.arange(120), angle, *read.T, form="%.5f")
             hung += [f"{up},{t},{name},{rest}" for t, rest in (r.split(",", 1) for r in body)]
     for pose in range(1, 21):
-        body = Rotation.from_euler("xyz", rng.normal(0.0, 0.15, 3))
+        trunk = Rotation.from_euler("xyz", rng.normal(0.0, 0.15, 3))
         share = rng.dirichlet([6.0] * len(made)) * 80.0
-        quat = np.roll(body.as_quat(), 1)
+        quat = np.roll(trunk.as_quat(), 1)
         for (name, leg), load in zip(made.items(), share, strict=True):
             angle = rng.normal(0.0, 0.3, 1)
-            push: Array = leg.mount.inv().apply(body.inv().apply([0.0, 0.0, load]))
-            read = leg.read(angle, body.inv().apply([0.0, 0.0, -1.0]), rng)[0]
+            push: Array = leg.mount.inv().apply(trunk.inv().apply([0.0, 0.0, load]))
+            read = leg.read(angle, trunk.inv().apply([0.0, 0.0, -1.0]), rng)[0]
             read = read + np.r_[push, np.cross([0.02, 0.05, -0.3], push)]
             numbers = [*quat, rng.normal(0.0, 0.4), angle[0], *read]
             stood.append(f"{pose},{name}," + ",".join(f"{v:.5f}" for v in numbers))
@@ -106,7 +106,7 @@ def plugs(to: Path, rng: Rng) -> Made:
         own = f"orientation = {{ file_name = '^(.+)$', names = {{ {named} }} }}"
         return recipe.replace("[columns]\n", f"[columns]\n{own}\n", 1)
 
-    return Made([*paths, notes], leg_truth(made), "which axis points down", fill)
+    return Made([*paths, notes], leg_truth(made), "which axis points down", fill=fill)
 
 
 THIRTY_SIXTH = (
