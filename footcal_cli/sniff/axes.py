@@ -6,14 +6,14 @@ Room: sniff; asked by six_axis and six_axis_feet.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.plan import Entry, of
-from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.units import GRAVITY_MPS2, known_unit
 
 _AXIS_COLUMNS = {"fx": "fx_n", "fy": "fy_n", "fz": "fz_n", "tx": "tx_nm", "ty": "ty_nm",
                  "tz": "tz_nm"}  # fmt: skip
@@ -59,6 +59,27 @@ def _lever(group: dict[str, ColumnGuess]) -> float:
     return torque / force if force > 0 else 0.0
 
 
+def unit_asked(groups: Iterable[dict[str, ColumnGuess]], said: Said) -> tuple[str, ...]:
+    """What to check where nothing states a unit, and torques by a lever are in no Nm.
+
+    The same numbers are a weight in N with torques in N cm, and one in kgf with torques in kgf cm.
+    """
+    for group in groups:
+        lever = _lever(group)
+        named = said.unit or said.per_count or any(c.unit for c in group.values())
+        if named or lever <= _LONGEST_M:
+            continue
+        most = max(float(np.nanmax(np.abs(numbers_of(group[a])))) for a in ("fx", "fy", "fz"))
+        by = "cm" if lever <= _LONGEST_CM else "mm"
+        return (
+            f'no unit is stated: N and N {by} are taken. Say unit = "kgf" of the forces and '
+            '"kgf*cm" of the torques if they are so, or "gf" and "gf*cm": a force of '
+            f"{most:.3g} is {most:.3g} N, in kgf {GRAVITY_MPS2 * most:.3g} N, in gf "
+            f"{1e-3 * GRAVITY_MPS2 * most:.2g} N",
+        )
+    return ()
+
+
 def axes_of(
     group: dict[str, ColumnGuess], said: Said, sign: float = 1.0, prefix: str = ""
 ) -> dict[str, Entry]:
@@ -86,7 +107,11 @@ def axes_of(
         factor = sign * column.name.factor
         factor *= said.per_count.get(kind, 1.0) if column.counts else 1.0
         entry = replace(of(column, unit), factor=None if factor == 1 else factor)
-        if kind == "t" and doubt:
+        if not column.unit and kind in said.unit:
+            entry = replace(entry, why="its name; the unit as it is said above the table")
+        elif kind == "t" and doubt:
             entry = replace(entry, sure="guess", why=why)
+        elif doubt and not column.unit:
+            entry = replace(entry, sure="guess", why="nothing says its unit: N or kgf")
         entries[prefix + name] = entry
     return entries

@@ -10,13 +10,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
-from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.names import FORCE, TORQUE, words_of
 from footcal_cli.sniff.units import LOADS, NO_READING, VOLTAGES, split_unit
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 AT_THE_FOOT = re.compile(r"foot|ankle|sole", re.IGNORECASE)
+_VECTORS = "|".join(sorted((w for w in FORCE | TORQUE if len(w) > 1), key=len, reverse=True))
 _BEFORE_AXIS = re.compile(
-    r"(.*?)[\W_]*(?:(?:force|torque|moment)[\W_]*[xyz]|[fmt][\W_]?[xyz])(?![a-z])", re.IGNORECASE
+    rf"(.*?)[\W_]*(?:(?:{_VECTORS})[\W_]*v?[xyz]|[fmt][\W_]?[xyz])(?![a-z])", re.IGNORECASE
 )
 
 

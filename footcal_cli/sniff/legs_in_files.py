@@ -28,6 +28,8 @@ from footcal_cli.sniff.vocabulary import LEGS
 
 _LEAST_LEGS, _LEAST_ORIENTATIONS = 2, 3
 _NUMBERED_LEG = re.compile(r"[A-Za-z]{1,3}\d")
+_SHORT_LEG = re.compile(r"[A-Z]{2,3}")
+"""The first letters of where a leg is, such as ``LP`` for levá přední."""
 _MOVES, _ALIKE = 0.2, 0.1
 """Shares of the largest scatter: of a joint that moves, and by which joints that move alike differ.
 """
@@ -108,8 +110,12 @@ def _leg_names(words: Sequence[str], *, after_a_leg: bool) -> dict[str, str]:
         return {word: word for word in different}
     if after_a_leg and all(word.isdigit() or word.isalpha() for word in different):
         return {word: f"leg_{word}" for word in different}
-    return {word: guess.side for word, guess in zip(different, said, strict=True)
-            if all(g.side for g in said)}  # fmt: skip
+    if all(guess.side for guess in said):
+        return {word: guess.side for word, guess in zip(different, said, strict=True)}
+    short = all(_SHORT_LEG.fullmatch(word) for word in different)
+    # in whatever language: that each stands beside each orientation is asked of what is found
+    alike = short and len({*map(len, different)}) == 1
+    return {word: word for word in different} if alike else {}
 
 
 def _whole(

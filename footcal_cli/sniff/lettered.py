@@ -31,7 +31,12 @@ _NO_PLACE = frozenset("XYZ")
 
 
 def with_lettered_cells(columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
-    """Columns with foot and cell where their names are all pairs of a side and a letter."""
+    """Columns with foot and cell where their names are all pairs of a side and a letter.
+
+    Next to forces and torques along axes such letters are of legs: ``LV_kracht_vx``, ``LV_heup``.
+    """
+    if {"fx", "fy", "fz", "tx", "ty", "tz"} <= {c.name.axis for c in columns}:
+        return list(columns)
     kinds: dict[tuple[str, str], dict[str, re.Match[str]]] = defaultdict(dict)
     for column in columns:
         found = _ENDS.fullmatch(column.column.strip())

@@ -304,9 +304,9 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     if axis and not set(words) & _NO_FORCE:
         kind = "f" if axis[1] == "f" else "t"
         return "force", kind + axis[2], {axis[0], axis[1], axis[2], axis[1] + axis[2]}
-    if kinds and last in ("x", "y", "z"):
+    if kinds and last in ("x", "y", "z", *(("vx", "vy", "vz") if max(map(len, kinds)) > 1 else ())):
         kind = "f" if kinds & FORCE and not any(len(w) > 1 for w in kinds & TORQUE) else "t"
-        return "force", kind + last, {last, *kinds}
+        return "force", kind + last[-1], {last, *kinds}
     if (
         re.fullmatch(r"q[xyzw]|q_[xyzw]", stem.lower().split(".")[-1].split("_q")[0])
         or (

@@ -70,6 +70,8 @@ _TURNS = 0.05
 """How much a component changes at least where a quaternion is recognised by its length."""
 _TURNED_AND_FELT = 9
 """Three numbers of an attitude and six of a wrench."""
+_STILL, _SWINGS = 0.1, 0.3
+"""Shares of their largest number by which forces in one attitude, and torques there, scatter."""
 _LARGER = 3.0
 """Forces in N are larger than torques in Nm by this much, in nearly every log."""
 
@@ -154,7 +156,8 @@ def _wrenches(
     for stem, columns in six.items():
         torque_first = all(
             size(columns[3:]) > _LARGER * size(columns[:3]) for size in (_scatter, _largest)
-        )  # in one attitude forces stand still, and torques of a leg that swings do not
+        ) and not (_swing(columns[:3]) < _STILL and _swing(columns[3:]) > _SWINGS)
+        # in one attitude forces stand still, and torques of a leg that swings do not: in gf cm
         order = AXES[3:] + AXES[:3] if torque_first else AXES
         why = "six columns in a row; " + (
             "the last three vary more, so they are the forces" if torque_first
@@ -173,6 +176,11 @@ def _wrenches(
 def _scatter(columns: Sequence[ColumnGuess]) -> float:
     """The largest sd of several columns."""
     return max(float(np.nanstd(numbers_of(c))) for c in columns) + 1e-9
+
+
+def _swing(columns: Sequence[ColumnGuess]) -> float:
+    """How far several columns move beside their largest number."""
+    return _scatter(columns) / (_largest(columns) + 1e-9)
 
 
 def _largest(columns: Sequence[ColumnGuess]) -> float:

@@ -16,6 +16,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import Quantity, words_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, of
+from footcal_cli.sniff.turning import turning
 from footcal_cli.sniff.vocabulary import LEGS
 
 _NUMBERED = re.compile(
@@ -64,7 +65,8 @@ def _of_one_leg(column: ColumnGuess, axis: ColumnGuess) -> bool:
 
 def _of_one_number(column: ColumnGuess, axis: ColumnGuess) -> bool:
     ours, theirs = (re.findall(r"\d+", c.column) for c in (column, axis))
-    return bool(ours) and [int(n) for n in ours] == [int(n) for n in theirs]
+    # behind its plug's number J1_0 has that of its axis
+    return bool(ours) and [int(n) for n in ours] == [int(n) for n in theirs[: len(ours)]]
 
 
 def _moving_most(found: Mapping[str, Sequence[ColumnGuess]]) -> dict[str, ColumnGuess]:
@@ -99,6 +101,7 @@ def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
     or move what hangs there. What one log shows holds for all of them.
     """
     found: set[str] = set()
+    turned: dict[str, ColumnGuess] = {}
     for file in files:
         six = wrenches(numbered(file))
         if six and not file.of("phase"):
@@ -106,11 +109,35 @@ def with_shafts(files: Sequence[FileGuess]) -> list[FileGuess]:
             felt = {c.column for axes in six.values() for c in axes.values()}
             free = tuple(c for c in file.columns if c.column not in felt)
             made = replace(file, columns=tuple(_as_shaft(c, joints) for c in free))
-            found |= {c.column for c in beside(made, six, "phase").values()}
+            ours = {c.column for c in beside(made, six, "phase").values()}
+            if not ours:
+                turned |= {c.column: c for c in turning(file, six)}
+            found |= ours
     return [
-        replace(file, columns=tuple(_known(c, found, _joints(file)) for c in file.columns))
-        for file in files
-    ]
+        replace(file, columns=_turned(
+            tuple(_known(c, found, _joints(file)) for c in file.columns), turned
+        )) for file in files
+    ]  # fmt: skip
+
+
+def _turned(
+    columns: tuple[ColumnGuess, ...], turned: Mapping[str, ColumnGuess]
+) -> tuple[ColumnGuess, ...]:
+    """Columns with those that turn a leg in some log as its shaft's, and no other joint's."""
+    if not {c.column for c in columns} & turned.keys():
+        return columns
+    made = []
+    for column in columns:
+        if (seen := turned.get(column.column)) is not None and column.values is not None:
+            column = replace(
+                column, name=seen.name, unit=seen.unit, sure=seen.sure, why=seen.why,
+                values=column.values * seen.name.factor,
+            )  # fmt: skip
+        elif column.quantity == "phase":
+            why = "a joint that does not turn the leg while it hangs"
+            column = column.as_quantity("other", "likely", why)
+        made.append(column)
+    return tuple(made)
 
 
 def _joints(file: FileGuess) -> set[str]:

@@ -40,6 +40,11 @@ _TWO_LETTERS = re.compile(
     r"(?:^|[^a-z0-9+-])(?P<sign>[+-]?)(?P<axis>[xyz])[ _-]?(?P<way>[ud])(?=\.|$)"
 )
 """``zu``, ``hang_xd``."""
+_LETTER = re.compile(
+    r"(?:^|[^a-z0-9+-])(?P<sign>[+-]?)(?P<axis>[xyz])[ _-]?(?P<way>[a-z])(?=[^a-z]|$)"
+)
+_UP_AND_DOWN = ("ud", "nd", "hb", "gd", "sg", "hr")
+"""First letters of up and down in a language: nahoru and dolů, haut and bas, su and giù."""
 _BARE = re.compile(r"(?:^|[^a-z0-9])([xyz])(?=[^a-z0-9]|$)")
 _CAMEL = re.compile(r"(?<=[a-z])(?=[XYZ])")
 _SIDES_OF_A_BODY = {
@@ -97,6 +102,8 @@ def side_in(word: str) -> tuple[str | None, bool]:
 
 def sides_in(words: Sequence[str]) -> dict[str, tuple[str | None, bool]]:
     """`side_in` of words that stand together: next to ``-x`` a bare ``x`` is the positive axis."""
+    if lettered := _by_letters(words):
+        return lettered
     sides = {word: side_in(word) for word in words}
     signed = any(axis is not None and not said for axis, said in sides.values())
     for word, (axis, _) in sides.items():
@@ -104,6 +111,19 @@ def sides_in(words: Sequence[str]) -> dict[str, tuple[str | None, bool]]:
         if signed and axis is None and len(bare) == 1:
             sides[word] = f"+{bare[0]}", False
     return sides
+
+
+def _by_letters(words: Sequence[str]) -> dict[str, tuple[str | None, bool]]:
+    """Sides by the letter behind an axis in each word, ``xN`` and ``xD``; empty without a pair."""
+    found = {word: _LETTER.search(word.lower()) for word in words}
+    ways = {one["way"] for one in found.values() if one}
+    pair = next((p for p in _UP_AND_DOWN if ways == {*p}), None)
+    if pair is None or not all(found.values()):
+        return {}
+    return {
+        word: (_along(one["axis"], one["sign"], up=one["way"] == pair[0]), True)
+        for word, one in found.items() if one
+    }  # fmt: skip
 
 
 def says_up(name: str) -> bool | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude, attitude_of, named_orientation
-from footcal_cli.sniff.axes import axes_of, said_above
+from footcal_cli.sniff.axes import axes_of, said_above, unit_asked
 from footcal_cli.sniff.cells import toml_key
 from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
@@ -23,8 +23,10 @@ from footcal_cli.sniff.hangings import (
 from footcal_cli.sniff.in_series import pairs_in_series
 from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
+from footcal_cli.sniff.pose_numbers import pose_numbers
 from footcal_cli.sniff.shafts import beside, legs_first, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
+from footcal_cli.sniff.turning import turned_along
 
 COUNTED = Blank(
     ("# in [columns]: factor of fx_n … tz_nm, newtons or newton metres in one count",),
@@ -109,6 +111,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         return plates_of(file, six, rate, tuple(blanks))
     sign = -1.0 if pose is not None and pose.reacts else 1.0
     said = said_above(file)
+    warnings += unit_asked(six.values(), said)
     wide = {name: axes_of(group, said, sign) for name, group in six.items()} if len(six) > 1 else {}
     if not wide:
         entries |= axes_of(next(iter(six.values())), said, sign)
@@ -121,7 +124,11 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         entries.setdefault("temperature_degc", of(column, column.unit))
     missing: tuple[Blank, ...] = ()
     if pose is not None and pose.explains is False:
-        missing = (_dead_axis(six) or (NOT_ONE_WEIGHT if orientation else TURNED),)
+        missing = (
+            _turned_along(file, six)
+            or _dead_axis(six)
+            or (NOT_ONE_WEIGHT if orientation else TURNED),
+        )
     elif pose is None and orientation:
         missing = (unnamed(orientation[0]),)
     elif pose is None and not orientation:
@@ -141,6 +148,16 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         "likely" if pose or orientation else "guess", "hang-calib", "hang", entries, (), wide,
         "leg", rate, (*world, *turned), (*axes_of_body, _WEIGHT), blanks=(*missing, *blanks),
         warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _turned_along(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> Blank | None:
+    """Transducers on the legs' side of their shafts, whose attitude is not the body's."""
+    found = turned_along(file, six)
+    return found and Blank(
+        ("# body_… in [columns]: the attitude of each row, turned by the leg's angle",),
+        f"the forces of {found[0]} turn with {found[1]}: it turns with its leg, so that each row "
+        "has an attitude of its own; write it into the log (roll, pitch, yaw of the transducer)",
     )  # fmt: skip
 
 
@@ -273,7 +290,7 @@ def _poses(
     A row for each leg and pose has its name; in a stream the still stretches are the poses. None
     where neither names nor stamps are there.
     """
-    named = file.of("placement", "sequence", "repeat")
+    named = pose_numbers(file, labels) or file.of("placement", "sequence", "repeat")
     time, rate, open_yet = times(file, needed=bool(rate_said(file)))
     whole = bool(named) and (_once_each(named[0], file, six, labels) or _held_in(named[0], six))
     streamed = bool(time or rate) and not whole
@@ -306,6 +323,7 @@ def _poses(
             Blank(("# position_m of each leg above, in m",), WHERE_LEGS),
             HUNG_FIRST, *(open_yet if streamed else ()),
         ),
+        warnings=unit_asked(six.values(), said),
     )  # fmt: skip
 
 

@@ -44,6 +44,7 @@ from tests.strangers import (
     thirty_first_stands,
     thirty_fourth,
     thirty_second,
+    thirty_sixth,
     thirty_third,
     turned,
     twelfth_bench,
@@ -114,6 +115,7 @@ SAMPLE = (
     twenty_ninth.monitor_and_protocol, twenty_ninth.smart_home,
     twenty_ninth.registers_of_a_master, twenty_ninth.plates_that_point_down,
     *thirtieth.THIRTIETH, *split_names.SPLIT_NAMES, *thirty_fifth.THIRTY_FIFTH,
+    *thirty_sixth.THIRTY_SIXTH,
     thirty_first.italian_amplifier, thirty_first.merged_feet, thirty_first.tare_and_weights,
     thirty_first_stands.merged_french_stand, thirty_first_stands.motive_and_cells,
     thirty_first_robots.legs_in_their_files, thirty_first_robots.numbered_legs_and_hips,
@@ -166,7 +168,7 @@ CORPORA = {
     ),
     "thirty_second": thirty_second.THIRTY_SECOND, "thirty_third": thirty_third.THIRTY_THIRD,
     "thirty_fourth": thirty_fourth.THIRTY_FOURTH, "split_names": split_names.SPLIT_NAMES,
-    "thirty_fifth": thirty_fifth.THIRTY_FIFTH,
+    "thirty_fifth": thirty_fifth.THIRTY_FIFTH, "thirty_sixth": thirty_sixth.THIRTY_SIXTH,
     "fourth": fourth.FOURTH, "fifth": fifth.FIFTH,
     "sixth": (
         *sixth_bench.SIXTH_BENCH, *sixth_wrists.SIXTH_WRISTS, *sixth_robots.SIXTH_ROBOTS
