@@ -313,10 +313,14 @@ def _momentum_rate(com: _Moving, others: Sequence[_Moving]) -> _Moving | None:
 
 
 def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
-    """Foot -> its orientation: the names share most, and more than those of all feet do."""
+    """Foot -> its orientation: the names begin alike, or share most, more than of all feet."""
     alike = len(common_start([f.axes.before for f in feet]))
     found = {}
+    same = [[axes for axes in turned if axes.before == f.axes.before] for f in feet]
     for i, foot in enumerate(feet):
+        if same[i] and [f.axes.before for f in feet].count(foot.axes.before) == 1:
+            found[i] = next((axes for axes in same[i] if "w" in axes.columns), same[i][0])
+            continue
         shared = [(len(common_start([foot.axes.before, axes.before])), axes) for axes in turned]
         most = max((n for n, _ in shared), default=0)
         own = [axes for n, axes in shared if n == most]

@@ -281,7 +281,7 @@ def _at_stamps_of(first: FileGuess, file: FileGuess, cell: ColumnGuess) -> Float
 def _foot_of(file: FileGuess, word: str) -> str:
     """The foot that a file is of, by its cells or by its name; empty where neither says it."""
     sides = {c.name.side for c in readings(file)}
-    name = name_guess(word)
+    name = name_guess(word if name_guess(word).place else f"foot_{word}")  # sx, sol
     return sides.pop() if len(sides) == 1 and "" not in sides else name.side * (not name.place)
 
 
