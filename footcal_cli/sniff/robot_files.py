@@ -179,7 +179,9 @@ def _renamed(
     if plan.wide_into == "channel" and set(plan.wide) == set(given):
         wide = {renamed[name]: own for name, own in plan.wide.items()}
         return replace(plan, wide=wide, channels=tuple(renamed.values()))
-    if channel is None or channel.column is None:
+    if channel is None or (channel.column is None and channel.file_name is None):
         return plan
-    entries = {**plan.entries, "channel": replace(channel, names=renamed)}
+    words = {name: word for word, name in channel.names.items()} if channel.file_name else {}
+    names = {words.get(name, name): cell for name, cell in renamed.items()}
+    entries = {**plan.entries, "channel": replace(channel, names=names)}
     return replace(plan, entries=entries, channels=tuple(renamed.values()))

@@ -83,3 +83,51 @@ def test_a_file_for_each_foot_and_kind(
         motion = found["body"].plan.entries
         assert motion["left_foot_roll_rad"].unit == motion["right_foot_yaw_rad"].unit == "deg"
         assert found["body"].plan.command == "online-replay"
+
+
+@pytest.mark.parametrize("clock", ["aika_s", "hetki_s", "t_ms"])
+def test_a_row_for_each_time_and_cell_next_to_a_bench(tmp_path: Path, clock: str) -> None:
+    walk, cells = Walk(), [f"{foot}{k}" for foot in "VO" for k in (1, 2, 3, 4)]
+    stamps = (1e3 if clock == "t_ms" else 1.0) * walk.t
+    long = pd.DataFrame({
+        clock: np.repeat(stamps, len(cells)).round(4), "anturi": np.tile(cells, walk.t.size),
+        "arvo_N": walk.cells.reshape(walk.t.size, -1).ravel().round(2),
+    })  # fmt: skip
+    long.to_csv(tmp_path / "anturit.csv", index=False)
+    body = {clock: stamps, **_xyz("painopiste_", walk.com), **_xyz("kiihtyvyys_", walk.acc)}
+    for i, side in enumerate(("vasen", "oikea")):
+        body |= _xyz(f"{side}_pohja_", walk.feet[:, i])
+    rows = [{"anturi": cell, "punnus_kg": kg, "lukema_N": round(0.1 * n + 9.9 * kg, 3)}
+            for n, cell in enumerate(cells) for kg in (0, 5, 10, 20, 5, 0)]  # fmt: skip
+    pd.DataFrame(rows).to_csv(tmp_path / "kalibrointi.csv", index=False)
+    found = _parts([tmp_path / "anturit.csv", tmp_path / "kalibrointi.csv",
+                    _written(tmp_path / "tila.csv", body)])  # fmt: skip
+    assert set(found) == {"weights", "cells", "body"}
+    read = _columns(found["cells"].plan)
+    assert (read["time_s"], read["right_4_counts"]) == (clock, "O4.arvo_N")
+    assert set(found["weights"].plan.channels) == set(found["cells"].plan.channels)
+
+
+@pytest.mark.parametrize("head", ["X", "cell"])
+def test_a_sheet_for_each_cell_of_a_walk(tmp_path: Path, head: str) -> None:
+    """The cells of sheets are called as those of the walk are, and 1 daN is 10 N in both."""
+    walk, paths = Walk(), []
+    names = [f"{head}{foot}{k}" for foot in (1, 2) for k in (1, 2, 3, 4)]
+    cells = {f"{name}_daN": walk.cells[:, i, k] / 10
+             for name, (i, k) in zip(names, np.ndindex(2, 4), strict=True)}  # fmt: skip
+    for n, name in enumerate(names):
+        rows = [f"Connector;{name}", "", "Point;Load [daN];Indication [daN]"]
+        rows += [f"{i};{load};{0.05 * n + (1 + 0.01 * n) * load:.3f}"
+                 for i, load in enumerate((0.0, 10.0, 20.0, 50.0, 20.0, 0.0))]  # fmt: skip
+        paths.append(tmp_path / f"sheet_{name}.csv")
+        paths[-1].write_text("\n".join(rows) + "\n", encoding="utf-8")
+    body = {"t_s": walk.t, **_xyz("com_", walk.com), **_xyz("com_acc_", walk.acc)}
+    for i, side in enumerate(("left", "right")):
+        body |= _xyz(f"{side}_sole_", walk.feet[:, i])
+    found = _parts([*paths, _written(tmp_path / "cells.csv", {"t_s": walk.t, **cells}, 4),
+                    _written(tmp_path / "state.csv", body)])  # fmt: skip
+    plan, bench = found["cells"].plan, found["weights"].plan
+    assert set(bench.channels) == set(plan.channels)
+    assert set(bench.entries["channel"].names.values()) == set(plan.channels)
+    assert plan.entries["left_2_counts"].unit == bench.entries["counts"].unit == "daN"
+    assert not any("newtons a count" in blank.why for blank in plan.blanks)
