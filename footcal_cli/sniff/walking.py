@@ -41,8 +41,9 @@ _PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
 def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
     bodies = [body_of(file) for file in files]
-    if not any(bodies) and len(joined := joined_body(files)) < len(files):
-        files, bodies = joined, [body_of(file) for file in joined]
+    if not any(bodies):
+        files = joined_body(files)
+        bodies = [body_of(file) if file.joined else None for file in files]
     files = [
         standing(file) if body is None else body.file
         for file, body in zip(files, bodies, strict=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.sniff.test_walks import Walk, _columns, _parts, _written, _xyz
 
@@ -131,3 +132,37 @@ def test_a_sheet_for_each_cell_of_a_walk(tmp_path: Path, head: str) -> None:
     assert set(bench.entries["channel"].names.values()) == set(plan.channels)
     assert plan.entries["left_2_counts"].unit == bench.entries["counts"].unit == "daN"
     assert not any("newtons a count" in blank.why for blank in plan.blanks)
+
+
+@pytest.mark.parametrize(
+    "legs", [("AVG", "AVD", "ARG", "ARD"), ("q1", "q2", "q3", "q4"), ("FL", "FR", "HL", "HR")]
+)
+def test_a_file_for_each_leg_with_its_cells_and_its_pose(
+    tmp_path: Path, legs: tuple[str, ...]
+) -> None:
+    walk = Walk((0.1, -0.1, 0.1, -0.1), (0.2, 0.2, -0.2, -0.2))
+    paths, rows = [], []
+    for i, leg in enumerate(legs):
+        four = Rotation.from_euler("xyz", walk.rpy[:, i]).as_quat()
+        log = {"t": walk.t, **{f"F{k + 1}": walk.cells[:, i, k] for k in range(3)}}
+        log |= _xyz("p", walk.feet[:, i]) | {f"q{a}": four[:, j] for j, a in enumerate("xyzw")}
+        paths.append(_written(tmp_path / f"marche_09_{leg}.csv", log))
+        rows += [{"patte": leg, "capteur": f"F{k + 1}", "masse_kg": kg,
+                  "lecture_N": round(3 * i + k + (9 + 0.1 * k + 0.3 * i) * kg, 3)}
+                 for k in range(3) for kg in (0, 1, 2, 5, 2, 0)]  # fmt: skip
+    body = {"t": walk.t, **_xyz("c_", walk.com), **_xyz("ddc_", walk.acc)}
+    paths.append(_written(tmp_path / "marche_09_corps.csv", body))
+    pd.DataFrame(rows).to_csv(tmp_path / "etalonnage.csv", index=False)
+    found = _parts([tmp_path / "etalonnage.csv", *sorted(paths)])
+    assert set(found) == {"weights", "cells"}
+    cells, read = found["cells"].plan, _columns(found["cells"].plan)
+    assert cells.command == "online-replay"
+    assert len(cells.channels) == 12
+    assert set(found["weights"].plan.channels) == set(cells.channels)
+    assert len(found["cells"].beside) == 4
+    for leg in legs:
+        foot, before = leg.lower(), f"marche_09_{leg}."
+        before = "" if f"{before}csv" == cells.file.path.name else before
+        assert read[f"{foot}_f2_counts"] == f"{before}F2"
+        assert read[f"{foot}_foot_x_m"] == f"{before}px"
+        assert read[f"{foot}_foot_qw"] == f"{before}qw"
