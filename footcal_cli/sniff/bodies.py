@@ -39,6 +39,7 @@ from footcal_cli.sniff.triples import (
 )
 from footcal_cli.sniff.units import LENGTHS, metres_per
 from footcal_cli.sniff.unnamed import unnamed
+from footcal_cli.tables.sources import stem_of
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 _UP: tuple[WorldUp, ...] = ("+z", "+y", "-z")
@@ -96,7 +97,27 @@ class _Moving:
 
 
 def body_of(file: FileGuess) -> BodyLog | None:
-    """The body's stream in a log; None where there is no CoM above two feet or more that step."""
+    """The body's stream in a log; None where there is no CoM above two feet or more that step.
+
+    Of several files each column is called after its own.
+    """
+    if not file.joined:
+        return _body_of(file)
+    before = f"{stem_of(file.path)}."
+    theirs = tuple(f"{n}." for other in file.joined for n in (stem_of(other.path), other.path.name))
+    plain = {c.column if c.column.startswith(theirs) else before + c.column: c.column
+             for c in file.columns}  # fmt: skip
+    names = {own: name for name, own in plain.items()}
+    body = _body_of(replace(file, columns=tuple(
+        replace(c, column=names[c.column]) for c in file.columns
+    )))  # fmt: skip
+    if body is None:
+        return None
+    columns = tuple(replace(c, column=plain[c.column]) for c in body.file.columns)
+    return replace(body, file=replace(body.file, columns=columns))
+
+
+def _body_of(file: FileGuess) -> BodyLog | None:
     clock = file.of("time")
     seconds = seconds_of(clock[0]) if clock else None
     if seconds is None or not np.isfinite(seconds).any() or np.ptp(seconds) < 4 * _BUMP_S:
@@ -313,10 +334,14 @@ def _momentum_rate(com: _Moving, others: Sequence[_Moving]) -> _Moving | None:
 
 
 def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
-    """Foot -> its orientation: the names share most, and more than those of all feet do."""
+    """Foot -> its orientation: the names begin alike, or share most, more than of all feet."""
     alike = len(common_start([f.axes.before for f in feet]))
     found = {}
+    same = [[axes for axes in turned if axes.before == f.axes.before] for f in feet]
     for i, foot in enumerate(feet):
+        if same[i] and [f.axes.before for f in feet].count(foot.axes.before) == 1:
+            found[i] = next((axes for axes in same[i] if "w" in axes.columns), same[i][0])
+            continue
         shared = [(len(common_start([foot.axes.before, axes.before])), axes) for axes in turned]
         most = max((n for n, _ in shared), default=0)
         own = [axes for n, axes in shared if n == most]

@@ -53,6 +53,7 @@ from footcal_cli.sniff.texts import (
 from footcal_cli.sniff.titles import said_by_names
 from footcal_cli.sniff.topics import stamps_of, topic
 from footcal_cli.sniff.units import LOADS, NO_READING, SHARES, degrees, known_unit
+from footcal_cli.sniff.units_first import with_units_first
 from footcal_cli.sniff.vocabulary import COUNTED, NUMBERS, OF_A_ROW
 from footcal_cli.sniff.warmth import with_temperatures
 from footcal_cli.tables.carried import ADDED, REMOVED
@@ -128,7 +129,8 @@ def _looked_at(path: Path, text: TextGuess, *, turn: bool = True) -> FileGuess:
     ]
     columns = [
         c.as_quantity("other", "likely", "the clock of one topic alone")
-        if c.quantity == "time" and c.column in halting else c for c in with_lettered_cells(columns)
+        if c.quantity == "time" and c.column in halting else c
+        for c in with_lettered_cells(with_units_first(columns))
     ]  # fmt: skip
     if text.layout.line:
         columns = [taking_turns(part_of_the_words(column)) for column in columns]

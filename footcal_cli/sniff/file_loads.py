@@ -13,7 +13,7 @@ from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.plan import NOT_SAID, Entry
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
-from footcal_cli.sniff.vocabulary import OF_A_ROW
+from footcal_cli.sniff.vocabulary import OF_A_ROW, WITH_A_LEG
 
 _LOAD = re.compile(
     r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
@@ -36,7 +36,9 @@ class Names:
         head = common_start(names).rstrip("0123456789.+-")
         tail = common_start([name[::-1] for name in names])[::-1]
         word = re.sub(r"[A-Za-z]+$", "", head)
-        if word < head and all(name_guess(n[len(word) : len(n) - len(tail)]).place for n in names):
+        between = [n[len(word) : len(n) - len(tail)] for n in names]
+        sides = all(n.lower() in WITH_A_LEG for n in between)  # sol and sag
+        if word < head and (sides or all(name_guess(n).place for n in between)):
             head = word  # fl and fr are legs, l and r sides
         longest = min(map(len, names)) - len(head)
         tail = tail[-longest:] if longest > 0 else ""

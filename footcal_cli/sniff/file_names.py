@@ -71,7 +71,8 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     first = group[0]
     plan = plan_of(first)
     if len(group) == 1:
-        return None if plan is None else Part(plan, paths, escaped(paths[0].name))
+        beside = tuple(Beside(f, "time", why="the walk goes on there") for f in first.joined)
+        return None if plan is None else Part(plan, paths, escaped(paths[0].name), beside)
     names = Names.of(called(paths))
     plates = None if names.of_folders else _per_plate(group, names)
     if plates is not None:
@@ -281,7 +282,7 @@ def _at_stamps_of(first: FileGuess, file: FileGuess, cell: ColumnGuess) -> Float
 def _foot_of(file: FileGuess, word: str) -> str:
     """The foot that a file is of, by its cells or by its name; empty where neither says it."""
     sides = {c.name.side for c in readings(file)}
-    name = name_guess(word)
+    name = name_guess(word if name_guess(word).place else f"foot_{word}")  # sx, sol
     return sides.pop() if len(sides) == 1 and "" not in sides else name.side * (not name.place)
 
 
@@ -314,8 +315,7 @@ def _per_plate(group: list[FileGuess], names: Names) -> Part | None:
             columns.append(
                 replace(c, name=replace(c.name, side=side, place="", owner=""), column=column)
             )
-    first = group[0]
-    own = {c.column for c in columns}
+    first, own = group[0], {c.column for c in columns}
     kept = (c for c in first.columns if c.column not in own)
     plan = plan_of(replace(first, columns=(*kept, *columns)))
     if plan is None:
@@ -375,7 +375,7 @@ def _per_channel(group: list[FileGuess], names: Names) -> Part | None:
     """One file per channel of one recording, joined to the first."""
     paths = [file.path for file in group]
     addresses = [name_guess(word).address or word.strip("_- ") for word in names.middle]
-    stems = [path.name.rsplit(".", 1)[0] for path in paths]
+    stems = [p.name.rsplit(".", 1)[0] for p in paths]
     timed = all(file.of("time") for file in group)
     renamed = []
     for file, address, stem, i in zip(group, addresses, stems, range(len(group)), strict=True):

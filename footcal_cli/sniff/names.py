@@ -22,13 +22,13 @@ from footcal_cli.sniff.vocabulary import (
     BEHIND_AN_END,
     EAST_ASIAN,
     ENDS,
-    ITALIAN,
     NOT_OF_CELLS,
     OF_A_LEG,
     PLACES,
     SAID_OTHERWISE,
     SCATTER,
     SIDES,
+    WITH_A_LEG,
     WORDS,
 )
 from footcal_cli.sniff.vocabulary import Quantity as Quantity
@@ -252,8 +252,8 @@ def _address(words: list[str]) -> tuple[str, str, list[str]]:
         if word in ENDS and following in BEHIND_AN_END and not place:
             place, i = ENDS[word] + BEHIND_AN_END[following][0], i + 2
             continue
-        if word in ITALIAN and not side and OF_A_LEG & set(words):
-            side, i = ITALIAN[word], i + 1
+        if word in WITH_A_LEG and not side and OF_A_LEG & set(words):
+            side, i = WITH_A_LEG[word], i + 1
             continue
         if word in _ZONES and following in SIDES and side and not place:
             # behind the foot's side the place's own: LF_ToeLeft

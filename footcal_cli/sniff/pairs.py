@@ -85,9 +85,11 @@ def _of_cells(test: SplitLines, feet: bool) -> bool:
 
 def _names_feet(label: ColumnGuess) -> bool:
     """Whether the texts of a column are those of different feet."""
-    addresses = [name_guess(word).address for word in label.words]
-    sides = all(name_guess(word).side or name_guess(word).place for word in label.words)
-    return bool(sides) and len({*addresses}) == len(addresses) > 1
+    said = [name_guess(word) for word in label.words]
+    if not all(name.side or name.place for name in said):  # sol and sag, below ayak
+        said = [name_guess(f"{label.column} {word}") for word in label.words]
+    addresses = [name.address for name in said]
+    return all(name.side or name.place for name in said) and len({*addresses}) == len(addresses) > 1
 
 
 def _joined(first: ColumnGuess, second: ColumnGuess) -> ColumnGuess:

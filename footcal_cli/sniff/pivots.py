@@ -141,7 +141,8 @@ def _stamps(
     """The column by which rows belong together; empty where only their order says so."""
     for quantity in ("time", "sequence"):
         for column in columns:
-            if column.quantity != quantity:
+            unnamed = column.quantity == "unknown" and column.unit in TIMES  # aika_s
+            if column.quantity != quantity and not (quantity == "time" and unnamed):
                 continue
             own = raw[column.column]
             each = [own.values[at] for at in rows]

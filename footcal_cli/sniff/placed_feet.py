@@ -13,7 +13,7 @@ from footcal_cli.sniff.cells import WHERE
 from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import ColumnGuess
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.placed import channels_of, where_cells
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.units import split_unit
@@ -63,12 +63,35 @@ def of_several_feet(
     for channel in plan.channels:
         for parted in re.finditer(r"[\W_]+", channel):
             foot, rest = channel[: parted.start()], channel[parted.end() :]
-            side = foot if foot in feet else name_guess(foot).address
+            side = next((f for f in feet if f == foot.lower()), "")
+            side = side or name_guess(foot).address
+            side = side if side in feet else name_guess(f"foot_{foot}").side  # sx, sol
             if side in feet and _plain(rest) in called:
                 found[channel] = f"{side}_{called[_plain(rest)]}"
                 break
     whole = len(found) == len({*found.values()}) == len(plan.channels)
     return found if whole else {}
+
+
+def on_feet(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
+    """Channels of weights, a foot and a cell each, -> cells of a stream (``prava_PL``).
+
+    Empty unless every channel is one of its own.
+
+    Parameters
+    ----------
+    cells
+        Cell -> its column in the stream.
+    """
+    parted = {cell: cell.partition("_")[::2] for cell in cells}
+    head = common_start([own for _, own in parted.values()]) if parted else ""
+    head = head[: head.rfind("_") + 1]  # f_pl, f_pp: forces of pl and pp
+    within = {own.removeprefix(head): cells[cell] for cell, (_, own) in parted.items()}
+    feet = list(dict.fromkeys(foot for foot, _ in parted.values()))
+    named = of_several_feet(plan, feet, within)
+    found = {n: f"{foot}_{head}{own}" for n, (foot, _, own) in
+             ((n, cell.partition("_")) for n, cell in named.items())}  # fmt: skip
+    return found if {*found.values()} <= {*cells} else {}
 
 
 def _plain(name: str) -> str:

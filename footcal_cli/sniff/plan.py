@@ -187,7 +187,7 @@ IN_NEWTON = (
     "scale_n_per_count = 1.0\nscale_relative_sd = 0.05\nbias_sd_n = 5.0"
 )
 """What the cells of a log are known by that has forces already."""
-FORCES = ("N", "kN", "mN", "kgf", "lbf", "gf", "kg", "g", "lb")
+FORCES = ("N", "kN", "mN", "daN", "kgf", "lbf", "gf", "kg", "g", "lb")
 """Units of a reading that is a force already."""
 
 

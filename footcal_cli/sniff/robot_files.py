@@ -14,7 +14,7 @@ from footcal_cli.sniff.foot_poses import with_foot_poses
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.motion import body_entries, upright, walks
-from footcal_cli.sniff.placed_feet import feet_of, of_several_feet
+from footcal_cli.sniff.placed_feet import feet_of, of_several_feet, on_feet
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.six_axis_feet import MOTION, as_mounted
 from footcal_cli.sniff.still_feet import on_still_feet
@@ -103,7 +103,8 @@ def with_one_name(
     streamed = {name: column for part in parts for name, column in cells_of(part.plan).items()}
     renamed = [
         replace(p, plan=_ordered(_renamed(
-            p.plan, named_as(p.plan, streamed) or of_several_feet(p.plan, feet, within) or cells,
+            p.plan, named_as(p.plan, streamed) or of_several_feet(p.plan, feet, within)
+            or on_feet(p.plan, streamed) or cells,
             [*columns.values()],
         ), streamed)) for p in parts
     ]  # fmt: skip
@@ -178,7 +179,9 @@ def _renamed(
     if plan.wide_into == "channel" and set(plan.wide) == set(given):
         wide = {renamed[name]: own for name, own in plan.wide.items()}
         return replace(plan, wide=wide, channels=tuple(renamed.values()))
-    if channel is None or channel.column is None:
+    if channel is None or (channel.column is None and channel.file_name is None):
         return plan
-    entries = {**plan.entries, "channel": replace(channel, names=renamed)}
+    words = {name: word for word, name in channel.names.items()} if channel.file_name else {}
+    names = {words.get(name, name): cell for name, cell in renamed.items()}
+    entries = {**plan.entries, "channel": replace(channel, names=names)}
     return replace(plan, entries=entries, channels=tuple(renamed.values()))

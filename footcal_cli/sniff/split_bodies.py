@@ -12,21 +12,25 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.bodies import body_of
+from footcal_cli.sniff.bodies import BodyLog, body_of
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
+from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.triples import angles, axes_of
 from footcal_cli.sniff.unnamed import unnamed
 from footcal_cli.tables.sources import stem_of
 
 _LEAST_ROWS, _OVERLAP = 50, 0.5
 """Rows of a stream, and the share of one's time that another must be there in."""
+_FELT = ("force", "reading")
+_NO_COLUMN = ColumnGuess("", NameGuess("other"), None, "guess", "")
 
 
 def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with the files of one body's stream made one; as they are where there is none.
 
-    It stands for the file whose stamps it has, the others are its `joined`.
+    It stands for the file whose stamps it has, the others are its `joined`. Cells that stand beside
+    the pose of each foot stay beside it.
     """
     streams = [file for file in files if _may_move(file)]
     if len(streams) < 2:
@@ -39,18 +43,40 @@ def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
         if own:
             joined.append(file)
             columns += own
-    body = body_of(replace(first, columns=tuple(columns)))
+    body = body_of(replace(first, columns=tuple(columns), joined=tuple(joined)))
     if body is None:
         return list(files)
-    used = {c.column for c in body.file.of("com", "com_acc", "motion")}
+    cells = _cells_beside(first, joined, body)
+    used = {c.column for c in body.file.of("com", "com_acc", "motion")} | {*cells}
     theirs = [file for file in joined if used & {called(first, file, c) for c in file.columns}]
     there = {called(first, file, c) for file in theirs for c in file.columns}
     kept = {c.column for c in first.columns} | (used & there)
-    whole = replace(
-        first, columns=tuple(c for c in columns if c.column in kept), joined=tuple(theirs)
-    )
+    columns = [cells.get(c.column, c) for c in columns if c.column in kept]
+    whole = replace(first, columns=tuple(columns), joined=tuple(theirs))
     return [whole if file is first else file for file in files
             if all(file is not own for own in theirs)]  # fmt: skip
+
+
+def _cells_beside(
+    first: FileGuess, joined: Sequence[FileGuess], body: BodyLog
+) -> dict[str, ColumnGuess]:
+    """Cells that stand beside the pose of one foot in a file each, as cells of that foot."""
+    taken = {c.column: c for c in body.file.columns}
+    found: dict[str, ColumnGuess] = {}
+    feet: dict[tuple[str, ...], list[str]] = {}
+    for file in (first, *joined):
+        before = f"{stem_of(file.path)}." if file is first else called(first, file, _NO_COLUMN)
+        of = [foot for foot, stem in body.stems.items() if stem.startswith(before)]
+        names = {c.column: c.column if file is first else called(first, file, c)
+                 for c in file.of(*_FELT) if c.values is not None}  # fmt: skip
+        names = {c: n for c, n in names.items() if n in taken and taken[n].quantity in _FELT}
+        if len(of) == 1 and names:
+            feet.setdefault(tuple(names), []).append(of[0])
+            side = of[0] if of[0] in ("left", "right") else ""
+            for name in names.values():
+                own = replace(taken[name].name, side=side, place="" if side else of[0])
+                found[name] = replace(taken[name], name=own)
+    return found if [{*own} for own in feet.values()] == [{*body.stems}] else {}
 
 
 def called(first: FileGuess, file: FileGuess, column: ColumnGuess) -> str:

@@ -21,6 +21,13 @@ _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
 _NUMBER = re.compile(r"([0-3])(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
 _TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
+_ABOUT = re.compile(
+    r"(?i)^(?P<before>(?:.*[\W_.])?)(?P<turn>rot|rotation|tilt|turn|incl\w*?|neig\w*|kipp\w*|dreh\w*|"
+    r"n[aá]klon\w*|klop\w*|nato[cč]\w*|oto[cč]\w*|obr[oó]t\w*|pochyl\w*|kierto\w*|kallist\w*|"
+    r"lutning\w*|vridning\w*|kantel\w*|draai\w*|gir[oa]\w*|e[gğ]im\w*|d[oö]n[uü][sş]\w*|"
+    r"наклон\w*|поворот\w*)_?(?P<axis>[xyz])(?P<after>(?:[\W_].*)?)$"
+)
+"""A tilt or a turn about an axis, in words of several languages: ``klopeni_x``, ``natoceni_z``."""
 _PART = re.compile(r"(?<![^\W_])[^\W\d_]{2,5}(?![^\W_])")
 """A word between signs that may be short for another."""
 _UNIT_NORM = 0.02
@@ -139,7 +146,7 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
         for word in _ANGLE.finditer(column.column):
             key = column.column[: word.start()], column.column[word.end() :]
             found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
-    for key, own in _shortened(columns).items():
+    for key, own in (*_shortened(columns).items(), *_about_axes(columns).items()):
         found.setdefault(key, own)
     made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
     names = {column.column for column in columns}
@@ -165,6 +172,20 @@ def _shortened(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str
                 key = column.column[: part.start()], column.column[part.end() :]
                 found.setdefault(key, {}).setdefault(axes.pop(), column)
     return {key: own for key, own in found.items() if own.keys() == {*ROLL_PITCH_YAW}}
+
+
+def _about_axes(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
+    """Tilts about x and y and a turn about z, which may have words of their own."""
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        if at := _ABOUT.fullmatch(column.column):
+            own = found.setdefault((at["before"], at["after"]), {})
+            own.setdefault(at["axis"].lower(), column)
+    return {
+        key: dict(zip(ROLL_PITCH_YAW, (own[axis] for axis in "xyz"), strict=True))
+        for key, own in found.items()
+        if own.keys() == set("xyz") and at_most_a_turn(Axes(*key, own))
+    }
 
 
 def at_most_a_turn(axes: Axes) -> bool:

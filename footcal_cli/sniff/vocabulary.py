@@ -19,7 +19,7 @@ WORDS: dict[str, Quantity] = {}
 _SPELLINGS: dict[Quantity, str] = {
     "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
-    "时间 時間 时刻 jikoku jikan",
+    "时间 時間 时刻 jikoku jikan aika aeg čas czas zaman idő vrijeme vreme timp laikas χρόνος",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
     "subframe sub messung probe nummer posture haltung stellung junban bangou "
     "paso pasos schritt etapa étape",
@@ -118,10 +118,11 @@ ENDS = {"front": "f", "fore": "f", "rear": "r", "back": "r", "hind": "h", "middl
          "передняя": "f", "задняя": "r"}  # fmt: skip
 BEHIND_AN_END = {"g": "left", "d": "right"}
 """Sides by one letter behind an end of a foot, in French: AvG, ArD."""
-ITALIAN = {"sx": "left", "dx": "right"}
+WITH_A_LEG = {"sx": "left", "dx": "right", "sol": "left", "sağ": "right", "sag": "right",
+           "bal": "left", "jobb": "right"}  # fmt: skip
 OF_A_LEG = {"piede", "piedi", "foot", "gamba", "zampa", "suola", "cella", "anteriore",
-             "posteriore"}  # fmt: skip
-"""Words with which dx is a side, and no change of x."""
+             "posteriore", "ayak", "taban", "bacak", "láb", "lab", "talp"}  # fmt: skip
+"""Words with which dx is a side and no change of x, and sol is left and no ground."""
 SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
           "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
           "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",
@@ -130,10 +131,15 @@ SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "r
           "lleg": "left", "rleg": "right", "ll": "left",
           **dict.fromkeys(("linke", "linker", "linkes", "izquierda", "izquierdo", "sinistra",
                            "sinistro", "esquerda", "esquerdo", "vänster", "venstre", "левая",
-                           "левый", "hidari", "izda", "lewa", "lewy", "vasen"), "left"),
+                           "левый", "hidari", "izda", "lewa", "lewy", "lewe", "vasen", "vasemman",
+                           "levá", "levý", "levé", "leva", "levy", "leve", "ľavá", "ľavý",
+                           "lijeva", "lijevi", "ліва", "лівий", "vänstra", "stânga", "stanga",
+                           "αριστερό"), "left"),
           **dict.fromkeys(("rechte", "rechter", "rechtes", "derecha", "derecho", "destra",
                            "destro", "direita", "direito", "höger", "højre", "правая",
-                           "правый", "migi", "dcha", "prawa", "prawy", "oikea"),
+                           "правый", "migi", "dcha", "prawa", "prawy", "prawe", "oikea", "oikean",
+                           "pravá", "pravý", "pravé", "prava", "pravy", "prave", "desna", "desni",
+                           "права", "правий", "högra", "høyre", "dreapta", "δεξί"),
                           "right")}  # fmt: skip
 DIRECTIONS = {
     word: sign

@@ -32,6 +32,8 @@ _RESTS, _CLEARLY = 0.35, 0.5
 """Share of its range within which a cell stays while its foot is in the air, and of what it does
 while another foot is."""
 _LEAST = 20
+_SERIAL = 3
+"""Digits of a number that is no count of the cells of a foot."""
 _PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
 """First letters of left and right: izquierda, gauche, sinistra, esquerda, hidari, vänster."""
 
@@ -39,8 +41,9 @@ _PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
 def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
     bodies = [body_of(file) for file in files]
-    if not any(bodies) and len(joined := joined_body(files)) < len(files):
-        files, bodies = joined, [body_of(file) for file in joined]
+    if not any(bodies):
+        files = joined_body(files)
+        bodies = [body_of(file) if file.joined else None for file in files]
     files = [
         standing(file) if body is None else body.file
         for file, body in zip(files, bodies, strict=True)
@@ -168,7 +171,7 @@ def _named(cells: Sequence[ColumnGuess], feet: Sequence[str]) -> list[ColumnGues
     names = [split_unit(c.column)[0] for c in cells]
     stems = [name.removesuffix(bracketed_end(names)) for name in names]
     groups = {foot: [s for s, own in zip(stems, feet, strict=True) if own == foot] for foot in feet}
-    heads = {foot: common_start(own) for foot, own in groups.items()}
+    heads = {foot: _head(own) for foot, own in groups.items()}
     last = {foot: re.search(r"[^\W\d_]*$", head) for foot, head in heads.items()}
     words = {foot: found[0] if found else "" for foot, found in last.items()}
     apart = len({*words.values()}) == len(words) > 1
@@ -186,3 +189,11 @@ def _named(cells: Sequence[ColumnGuess], feet: Sequence[str]) -> list[ColumnGues
                 for c, foot, name in zip(cells, feet, called, strict=True)
             ]  # fmt: skip
     return list(cells)
+
+
+def _head(stems: Sequence[str]) -> str:
+    """The letters that names begin with; of a serial number, as ``0412``, all digits are kept."""
+    start = common_start(stems)
+    number = re.match(r"\d+", stems[0][len(start.rstrip("0123456789")) :])
+    serial = number is not None and len(number[0]) >= _SERIAL
+    return start.rstrip("0123456789") if serial else start

@@ -16,9 +16,9 @@ def fitted(rng: np.random.Generator, truth: FloatArray) -> tuple[FloatArray, Flo
     load = rng.uniform(0.0, 1.0, (15, truth.size))
     noise = 0.008
     information = load.T @ load / noise**2 + np.eye(truth.size) / PRIOR_SD**2
-    covariance = np.linalg.inv(information)
+    covariance: FloatArray = np.asarray(np.linalg.inv(information))
     seen = load @ truth + noise * rng.standard_normal(15)
-    return covariance @ (load.T @ seen) / noise**2, covariance
+    return covariance @ (load.T @ seen) / noise**2, np.asarray(covariance)
 
 
 def found_in(rng: np.random.Generator, truth: FloatArray) -> list[str]:
