@@ -139,8 +139,9 @@ class FileSpec(Layout):
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
     row per entry, distinguished by the column `wide_into`; with ``wide_into = "reading"`` they are
     readings of one cell, taken one after another in each row. `zeros_where` names rows in which
-    the cells carry nothing (``{ stance = "0" }``): the file as ``zeros`` of ``[data]`` is these
-    rows, and all others else. `join` brings in columns of other files.
+    the cells carry nothing (``{ stance = "0" }``, or any of ``["air_1", "air_2"]``): the file as
+    ``zeros`` of ``[data]`` is these rows, and all others else. `join` brings in columns of other
+    files.
     """
 
     match: str = "*"
@@ -153,7 +154,7 @@ class FileSpec(Layout):
     pivot: PivotSpec | None = None
     wide_into: str = "channel"
     wide: dict[str, dict[str, Place]] = Field(default_factory=dict)
-    zeros_where: dict[str, str] = Field(default_factory=dict)
+    zeros_where: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
     join: tuple[JoinSpec, ...] = ()
 
     @model_validator(mode="after")

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.bench.split_lines import split_lines
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.names import name_guess
@@ -101,7 +102,7 @@ def _other_lines(plan: LogPlan, group: Sequence[FileGuess], *, named: bool) -> b
         pairs.append((force, read))
     codes = np.repeat(np.arange(len(pairs)), [force.size for force, _ in pairs])
     force, read = (np.concatenate(each) for each in zip(*pairs, strict=True))
-    test = split_lines(force, read, codes)
+    test = split_lines(force, _straightened(force, read, codes), codes)
     if test is None or test.one_line > _BY_CHANCE:
         return False
     good = np.isfinite(force) & np.isfinite(read)
@@ -111,3 +112,25 @@ def _other_lines(plan: LogPlan, group: Sequence[FileGuess], *, named: bool) -> b
     ]  # fmt: skip
     apart = np.ptp(scales) > _OTHER_SCALE * float(np.max(np.abs(scales)))
     return named or bool(apart and max(test.one_zero, test.one_slope) < _BY_CHANCE)
+
+
+def _straightened(force: FloatArray, read: FloatArray, codes: IntArray) -> FloatArray:
+    """Readings (n,) without the bend that all files share: cells of one make, one press.
+
+    The bend at a load is the mean, over all files, of what lines of their own leave there; it is
+    none of what tells cells apart, but hides it.
+    """
+    good = np.isfinite(force) & np.isfinite(read)
+    left = np.zeros_like(read)
+    for code in np.unique(codes):
+        own = good & (codes == code)
+        line = np.polynomial.Polynomial.fit(force[own], read[own], 1)
+        left[own] = read[own] - line(force[own])
+    loads, at = np.unique(force[good], return_inverse=True)
+    files = np.array([np.unique(codes[good][at == k]).size for k in range(loads.size)])
+    if files.min() < np.unique(codes).size:
+        return read
+    bend = np.bincount(at, left[good]) / np.bincount(at)
+    straight = read.copy()
+    straight[good] -= bend[at]
+    return straight

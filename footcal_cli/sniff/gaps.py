@@ -12,11 +12,15 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.readings import straightness
+from footcal_cli.core.signals import span_of
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
 from footcal_cli.sniff.said_weights import DASHES
 
 _MOSTLY = 0.5
 """Share of rows without a load from which the others are not used alone."""
+_LEAST_LOADS, _FAR = 2, 0.25
+"""Loads beside a number that is none; how far a reading goes while a load is changed, as a share
+of its range."""
 _STRAIGHT, _WORSE = 0.98, 0.005
 """What loads explain of a reading at least once gaps are filled in, and how much less at most."""
 
@@ -29,6 +33,7 @@ def without_gaps(
     An empty cell below a load is of the same load where the readings agree (merged cells); rows
     without a load are left out otherwise. A dash among weights is no load where they agree.
     """
+    load = _without_changes(load, cells, labels)
     values = numbers_of(load)
     read = [numbers_of(c) for c in cells if numbers_of(c).size == values.size]
     own = next((c.codes for c in labels if c.codes is not None and len(c.words) > 1), None)
@@ -58,6 +63,34 @@ def without_gaps(
     if events or gaps.mean() > _MOSTLY:
         return load  # what lay there in most rows is not known
     return replace(load, missing=("",), why="its name; rows without it are left out")
+
+
+def _without_changes(
+    load: ColumnGuess, cells: Sequence[ColumnGuess], labels: Sequence[ColumnGuess]
+) -> ColumnGuess:
+    """A load without the one negative number (-1) that says that it is being changed.
+
+    While one load lies there no reading moves; while loads are changed some goes far.
+    """
+    values = numbers_of(load)
+    below = np.unique(values[values < 0])
+    if below.size != 1 or np.unique(values[values > 0]).size < _LEAST_LOADS:
+        return load
+    rows = values == below[0]
+    new = np.diff(rows, prepend=False)
+    for label in labels:
+        if label.codes is not None and label.codes.size == rows.size:
+            new |= np.diff(label.codes, prepend=label.codes[:1]) != 0
+    run = np.cumsum(new)
+    runs = [np.flatnonzero(rows & (run == at)) for at in np.unique(run[rows])]
+    read = [numbers_of(c) for c in cells if numbers_of(c).size == values.size]
+    moved = any(span_of(r[own]) > _FAR * span_of(r) > 0.0 for r in read for own in runs)
+    if rows.mean() > _MOSTLY or not moved:
+        return load
+    text = f"{below[0]:.10g}"
+    why = f"its name; {text} while it is changed"
+    known = np.where(rows, np.nan, values)
+    return replace(load, values=known, missing=(*load.missing, text), why=why)
 
 
 def _on_one_line(load: FloatArray, read: FloatArray, parts: Sequence[BoolArray]) -> FloatArray:

@@ -22,6 +22,7 @@ from footcal_cli.sniff.units import metres_per, split_unit
 _LARGEST_M = 2.0
 """No robot is longer; places without a unit that lie further out are in mm."""
 _LARGEST_FOOT_M = 0.5
+_AXIS = re.compile(r"[_. ][fv]?[xyz]$", re.IGNORECASE)
 _Places = Mapping[str, tuple[float, ...]]
 
 
@@ -107,10 +108,14 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
 
 
 def _within(column: str, places: _Places) -> tuple[float, ...] | None:
-    """The place of the one name that a column's ends with: ``K1187`` of ``F_K1187_N``."""
-    own = _plain(split_unit(column)[0])
-    found = [at for name, at in places.items()
-             if re.search(r"[^\W\d_]", name) and own.endswith(_plain(name))]  # fmt: skip
+    """The place of the one name that a column's ends with: ``K1187`` of ``F_K1187_N``.
+
+    Letters of an axis may follow: ``toe_lat`` of ``LC_toe_lat_vz``.
+    """
+    bare = split_unit(column)[0]
+    own = tuple(_plain(x) for x in (bare, _AXIS.sub("", bare)))
+    called = {n: at for n, at in places.items() if re.search(r"[^\W\d_]", n)}
+    found = [at for n, at in called.items() if any(x.endswith(_plain(n)) for x in own)]
     return found[0] if len(found) == 1 else None
 
 

@@ -16,10 +16,10 @@ from footcal_cli.core.body_positions import upright_axis
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import rotations_logged
 from footcal_cli.sniff.body_columns import length_unit
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
-from footcal_cli.sniff.triples import MATRIX
+from footcal_cli.sniff.triples import MATRIX, ROLL_PITCH_YAW
 from footcal_cli.sniff.units import LENGTHS, known_unit, metres_per, split_unit
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
@@ -117,6 +117,7 @@ def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[st
     in whose frame the cells' places are known. The feet are then taken to stand level.
     """
     up = up_of(entries, {column.column: column for column in file.columns})
+    entries = _without_steep(entries, up)
     if up == "+z":
         return entries | _headings(entries, up)
     axis, sign = "xyz".index(up[1]), 1.0 if up[0] == "+" else -1.0
@@ -132,6 +133,20 @@ def _without_other_frames(entries: dict[str, Entry], file: FileGuess) -> dict[st
             if np.nanmedian(sign * rises) < _LEVEL:
                 kept = {name: entry for name, entry in kept.items() if name not in names}
     return kept | _headings(kept, up)
+
+
+def _without_steep(entries: Mapping[str, Entry], up: WorldUp) -> dict[str, Entry]:
+    """The motion without roll and pitch that are no sole's: other axes, joints, or no radians."""
+    steep = set()
+    for name, entry in entries.items():
+        if not name.endswith(("_foot_roll_rad", "_foot_pitch_rad")) or entry.column is None:
+            continue
+        tilt = numbers_of(entry.column)
+        tilt = np.radians(tilt) if entry.unit == "deg" else tilt
+        if up != "+z" or not np.nanmedian(np.abs(tilt)) < np.arccos(_LEVEL):
+            steep.add(name.rpartition("_foot_")[0])
+    tilts = {f"{foot}_foot_{angle}_rad" for foot in steep for angle in ("roll", "pitch")}
+    return {name: entry for name, entry in entries.items() if name not in tilts}
 
 
 def _rises(logged: FloatArray, axis: int) -> FloatArray:
@@ -183,7 +198,10 @@ def _place(
 
 
 _PLACES = ("_x_m", "_y_m", "_z_m")
-_UNITS = {"_foot_x_m": "m", "_foot_y_m": "m", "_foot_z_m": "m", "_foot_yaw_rad": "rad"}
+_UNITS = {
+    **{f"_foot_{axis}_m": "m" for axis in "xyz"},
+    **{f"_foot_{axis}_rad": "rad" for axis in ROLL_PITCH_YAW},
+}
 
 
 def without_motion(file: FileGuess) -> FileGuess:
@@ -305,7 +323,8 @@ def _canonical(column: ColumnGuess) -> str:
     if column.quantity == "quaternion" and column.name.axis in ("x", "y", "z", "w"):
         return f"{side}_foot_q{column.name.axis}"
     if column.quantity == "angle":
-        return f"{side}_foot_yaw_rad" if column.name.axis == "yaw" else ""
+        turned = column.name.axis in ROLL_PITCH_YAW
+        return f"{side}_foot_{column.name.axis}_rad" if turned else ""
     if last in ("x", "y", "z") and not _RATES & set(words) and column.quantity not in _NO_PLACE:
         return f"{side}_foot_{last}_m"
     return ""

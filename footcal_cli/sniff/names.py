@@ -71,9 +71,7 @@ GROSS = {"gross", "brutto", "lordo", "bruto", "total"}
 NET = {"net", "netto", "neto"}
 ADDED = {"added", "increment", "increments", "delta", "zugelegt", "ajouté", "ajoutée"}
 """What was put on top of what lay there."""
-STATISTICS = frozenset(
-    ["mean", "avg", "average", "median", "std", "sd", "var", "min", "max", "sem"]
-)
+STATISTICS = {"mean", "avg", "average", "median", "std", "sd", "var", "min", "max", "sem"}
 """What stands in a second row of names, under the quantity that it is of."""
 _MEAN = re.compile(r"[\W_](?!(?-i:AvG))(?:mean|avg|average|median)$", re.IGNORECASE)
 _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.IGNORECASE)
@@ -81,6 +79,8 @@ _SPREAD = re.compile(r"[\W_](?:std|sd|stdev|stddev|var|variance|rms|sem)$", re.I
 _QUOTED = re.compile(r"(?:^|(?<=/))'|'(?=/|$)")  # /'press'/'ref_N', of a TDMS file
 _FOOT_AND_PLACE = re.compile(r"[lr][frbh][lr]")
 """A foot and a cell under it in one word: LFL, RRR."""
+_UNDER_A_FOOT = re.compile(r"([lr])f(sensor|loadcell|cell)s?")
+"""Cells of a foot in one word, as hrpsys calls its sensors: lfsensor; of a hand it is lhsensor."""
 _F_OF = 3
 _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
     ("gewicht", "load"), ("gewichte", "load"), ("belastung", "load"), ("messwert", "reading"),
@@ -188,6 +188,8 @@ def _parts_of(word: str) -> list[str]:
         return list(compound.groups())
     if _FOOT_AND_PLACE.fullmatch(word):
         return [word[0], word[1:]]
+    if under := _UNDER_A_FOOT.fullmatch(word):
+        return [under[1], "foot", under[2]]
     if word in ("dcom", "ddcom"):
         return [word[:-3], "com"]
     if word.isascii() or word in WORDS or word < "\u3000":
@@ -202,11 +204,8 @@ def name_guess(name: str) -> NameGuess:
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
     unit, factor = _TICKS.get(stem.lower(), (unit, factor))
-    unit = unit or (
-        known_unit(stem)
-        if len(stem) > 1 and known_unit(stem) in (*MASSES, *WEIGHTS, *VOLTAGES)
-        else None
-    )
+    called = known_unit(stem) if len(stem) > 1 else None
+    unit = unit or (called if called in (*MASSES, *WEIGHTS, *VOLTAGES) else None)
     words = words_of(stem)
     if _SPREAD.search(plain) or SCATTER & {*words}:
         return NameGuess("other", unit=unit)

@@ -5,7 +5,7 @@ Room: sniff; asked by several. The log is looked at as a table with a row for ea
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, of
 from footcal_cli.sniff.protocol import apart_of, holds, seconds_by
 from footcal_cli.sniff.shared_weight import LEAST_CELLS, LEAST_PLACES
+from footcal_cli.sniff.which_cell import as_label
 from footcal_cli.tables.units import TIMES
 
 _FEWER = 4
@@ -62,12 +63,15 @@ def _joined(log: FileGuess, sheet: FileGuess, cells: Sequence[ColumnGuess]) -> P
     if {*on.tolist()} - {-1} != {*range(sheet.rows)}:
         return None
     medians = [_medians(c, on, sheet.rows) for c in cells]
-    said = [c for c in sheet.of(*_SAID, "label") if c.values is not None or c.codes is not None]
-    plan = plan_of(
-        replace(log, columns=(*said, *medians), rows=sheet.rows, rate_hz=None, text=sheet.text)
-    )
-    if plan is None or plan.role != "placements":
+    found = (
+        (said, plan_of(replace(
+            log, columns=(*said, *medians), rows=sheet.rows, rate_hz=None, text=sheet.text
+        ))) for said in _said(sheet, spans=until is not None)
+    )  # fmt: skip
+    made = next((x for x in found if x[1] is not None and x[1].role == "placements"), None)
+    if made is None or (plan := made[1]) is None:
         return None
+    said = made[0]
     stem = sheet.path.name.rsplit(".", 1)[0]
     own = {c.column for c in said}
     entries = {name: _beside(entry, own, stem) for name, entry in plan.entries.items()}
@@ -80,6 +84,23 @@ def _joined(log: FileGuess, sheet: FileGuess, cells: Sequence[ColumnGuess]) -> P
     beside = replace(sheet, columns=(stamp, *(c for c in sheet.columns if c is not stamp)))
     join = Beside(beside, "time", 0.0, why, "previous", longest, apart)
     return Part(plan, (log.path,), escaped(log.path.name), (join,))
+
+
+def _said(sheet: FileGuess, *, spans: bool) -> Iterator[list[ColumnGuess]]:
+    """What a sheet may say of its rows: its columns as they are, then each of words as the holes.
+
+    Rows with a start and an end are events, whatever their names are called (``Name``, ``Label``).
+    """
+    said = [c for c in sheet.of(*_SAID, "label") if c.values is not None or c.codes is not None]
+    yield said
+    if not spans or sheet.of("hole", "placement"):
+        return
+    for column in sheet.of("label", "other", "unknown", "sequence"):
+        named = as_label(column)
+        if named is None or not LEAST_PLACES <= len(named.words) < sheet.rows:
+            continue
+        hole = replace(named, name=replace(column.name, quantity="placement"))
+        yield [hole, *(c for c in said if c.column != column.column)]
 
 
 def _until(sheet: FileGuess, stamp: ColumnGuess) -> FloatArray | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -38,8 +38,12 @@ def filled_fields(line: str, separator: str) -> list[str]:
     return fields_of(undrawn(line, separator).rstrip(separator), separator)
 
 
+Ranges = tuple[float, float, int, int]
+"""Least and largest number of a column, fewest and most decimals."""
 _A_VALUE = 0.5
 """What a number or a moment is worth at least; a word is worth less."""
+_WORDED = 3
+"""Columns of numbers from which a row with a word in one of them still is a row."""
 _LINES_OF_A_SHEET = 60
 _LOOKED_AT = 2000
 
@@ -160,7 +164,59 @@ class Body:
         whole = (i for i, line in enumerate(lines) if self.is_row(line, whole=True))
         some = (i for i, line in enumerate(lines) if self.is_row(line))
         first = next(whole, next(some, 0))
-        return first + 1 if lines and self._says_lengths(lines, first) else first
+        if lines and self._says_lengths(lines, first):
+            return first + 1
+        return self._with_worded_rows(lines, first)
+
+    def _with_worded_rows(self, lines: list[str], first: int) -> int:
+        """Where the rows begin if a word stands for a number in the first (``1,Tare,0.301``).
+
+        Names and units are no rows: their numbers, if any, are not as those of the rows below.
+        """
+        if self.spoken or len(self.numeric) < _WORDED:
+            return first
+        below = [fields_of(x, self.separator) for x in lines[first:] if self.is_row(x, whole=True)]
+        seen = {i: self._ranges([row[i] for row in below[:_LOOKED_AT]]) for i in self.numeric}
+        while first > 1 and self._as_below(lines[first - 1], seen):
+            first -= 1
+        return first
+
+    def _ranges(self, column: list[str]) -> Ranges | None:
+        """Least and largest number of a column, and how many decimals these are written with."""
+        good = [text for text in column if is_number(text, self.decimal, self.thousands)]
+        if not good:
+            return None
+        values = [self._value(text) for text in good]
+        places = [self._places(text) for text in good]
+        return min(values), max(values), min(places), max(places)
+
+    def _value(self, text: str) -> float:
+        plain = text.replace(self.thousands, "").replace(self.decimal, ".")
+        return float(int(plain, 16)) if plain[:2].lower() == "0x" else float(plain)
+
+    def _places(self, text: str) -> int:
+        return len(text.lower().partition("e")[0].partition(self.decimal)[2])
+
+    def _as_below(self, line: str, seen: Mapping[int, Ranges | None]) -> bool:
+        """Whether most columns of numbers go on in a line, by size and decimals, and not all alike.
+
+        A robot in the air, or an empty plate, may be far from the rest in some columns.
+        """
+        if not self.is_row(line):
+            return False
+        fields = fields_of(line, self.separator)
+        fitting = []
+        for i in self.numeric:
+            own = seen[i]
+            if own is None or not is_number(fields[i], self.decimal, self.thousands):
+                continue
+            low, high, fewest, most = own
+            value, reach = self._value(fields[i]), high - low
+            if not fewest <= self._places(fields[i]) <= most:
+                return False
+            if low - reach <= value <= high + reach:
+                fitting.append(value)
+        return 2 * len(fitting) > len(self.numeric) and len({*fitting}) > 1
 
     def _says_lengths(self, lines: list[str], first: int) -> bool:
         """Whether the first row is none, but says in every column how many rows are below it."""

@@ -148,7 +148,8 @@ class Reading:
     world_up
         Axis of the log's world that points up.
     zeros_where
-        Column -> text of the rows in which the cells carry nothing, and which are zeros alone.
+        Column -> text, or one of several, of the rows in which the cells carry nothing, and which
+        are zeros alone.
     """
 
     columns: Mapping[str, ForeignColumn] = field(default_factory=dict)
@@ -160,4 +161,4 @@ class Reading:
     rows_of: str = ""
     plates: tuple[Plate, ...] = ()
     world_up: WorldUp = "+z"
-    zeros_where: Mapping[str, str] = field(default_factory=dict)
+    zeros_where: Mapping[str, str | tuple[str, ...]] = field(default_factory=dict)

@@ -30,14 +30,17 @@ def zeros_apart(
     return {name: column.of_rows(kept) for name, column in raw.items()}
 
 
-def _rows_where(path: Path, reading: Reading, said: Mapping[str, str]) -> NDArray[np.bool_]:
-    """Rows of a log in which each of some columns holds a text, or the number that it is.
+def _rows_where(
+    path: Path, reading: Reading, asked: Mapping[str, str | tuple[str, ...]]
+) -> NDArray[np.bool_]:
+    """Rows of a log in which each of some columns holds one of its texts, or the number it is.
 
     Raises
     ------
     DataError
-        The log lacks such a column, or has no such row.
+        The log lacks such a column, or has no row of one of the texts.
     """
+    said = {name: (texts,) if isinstance(texts, str) else texts for name, texts in asked.items()}
     names = column_names(path, reading.layout)
     if unknown := {*said} - {*names}:
         raise DataError(
@@ -46,12 +49,22 @@ def _rows_where(path: Path, reading: Reading, said: Mapping[str, str]) -> NDArra
             remedy="correct zeros_where in [[files]]", foreign=True,
         )  # fmt: skip
     raw = columns_of(path, sorted(said), (), reading.layout)
-    kept = np.logical_and.reduce([_holds(raw[name], text) for name, text in said.items()])
-    if not kept.any():
-        asked = ", ".join(f'{name} = "{text}"' for name, text in said.items())
-        raise DataError(f"no row has {asked}", file=path, column=min(said),
-                        remedy="correct zeros_where in [[files]]")  # fmt: skip
-    return np.asarray(kept)
+    kept = np.ones(len(next(iter(raw.values())).values), dtype=bool)
+    for name, texts in said.items():
+        held = [_holds(raw[name], text) for text in texts]
+        for text, own in zip(texts, held, strict=True):
+            if not np.any(kept & own):
+                raise _no_row(name, text, raw[name], path)
+        kept &= np.logical_or.reduce(held)
+    return kept
+
+
+def _no_row(name: str, text: str, column: RawColumn, path: Path) -> DataError:
+    words = sorted({str(word).strip() for word in column.values.tolist()})
+    return DataError(
+        f'no row has {name} = "{text}"{nearest(text, words)}', file=path, column=name,
+        remedy="correct zeros_where in [[files]]",
+    )  # fmt: skip
 
 
 def _holds(column: RawColumn, text: str) -> NDArray[np.bool_]:

@@ -150,3 +150,37 @@ def test_named_holes_of_a_parquet_file_run(tmp_path: Path, run: Run) -> None:
         assert done.exit_code == 0, done.err
         figures.append((out / "rmse.json").read_text(encoding="utf-8"))
     assert figures[0] == figures[1]
+
+
+@pytest.mark.parametrize("changed", ["-1", "-999", "-1.0"])
+def test_a_number_while_the_load_is_changed(tmp_path: Path, changed: str) -> None:
+    rng = np.random.default_rng(8)
+    rows, t, on = [], 0, 0.0
+    for cell in (0, 1, 2) * 2:
+        for kg in (*LADDER, 0):
+            for at in range(40):
+                # a hand takes the weights off, then puts others on
+                put = on * (1 - at / 5) if at < 5 else kg * min((at - 5) / 5, 1.0)
+                volt = 0.2 * cell - 0.08 * np.where(np.arange(3) == cell, put, 0.0)
+                word = "" if at < 2 else f"AI{cell}"
+                mass = changed if at < 10 else f"{1000 * kg}"
+                volt += rng.normal(0, 1e-3, 3)
+                rows.append((f"{0.1 * t:.2f}", word, mass, *(f"{v:.5f}" for v in volt)))
+                t += 1
+            on = kg
+    log = written(tmp_path / "log.csv", "time,under_test,mass_g,AI0_V,AI1_V,AI2_V", rows)
+    plan = only_plan(log)
+    assert plan.channels == ("AI0", "AI1", "AI2")
+    for name, own in plan.wide.items():
+        assert own["load_n"].only_where == {"under_test": name}
+        assert own["load_n"].missing == (changed.removesuffix(".0"),)
+
+
+def test_a_load_below_nothing_is_one(tmp_path: Path) -> None:
+    rng = np.random.default_rng(9)
+    rows = [
+        (cell, newton, f"{80 * at + 3 * newton + rng.normal(0, 0.05):.3f}")
+        for at, cell in enumerate(("toe", "heel")) for newton in (-1, -1, 0, 2, 5, 5, 2, 0, -1, -1)
+    ]  # fmt: skip
+    plan = only_plan(written(tmp_path / "log.csv", "cell,force_applied_N,reading_mV", rows))
+    assert plan.entries["load_n"].missing == ()

@@ -280,6 +280,7 @@ def _changed_later(study: ChannelStudy, samples: BenchRecord) -> ChannelStudy:
     the intervals, as a uniform distribution over it.
     """
     ladder, record, pauses = study.ladder, study.record, samples.pauses()
+    pauses = pauses[pauses[:, 1] <= record.time_s.max()]  # what follows the last load shows nothing
     alone = np.unique(record.session).size == 1
     if ladder is None or not ladder.chosen.terms or not pauses.size or not alone:
         return study
