@@ -93,9 +93,9 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             return made
     if len(six) == 1 and not stated:
         hung = names.of_folders or first.of("orientation")  # no foot that stands, then
-        beside = None if hung else _per_foot(group, names)
+        of_foot = None if hung else _per_foot(group, names)
         return (
-            _per_orientation(group, names) or _per_load(group, names) or beside
+            _per_orientation(group, names) or _per_load(group, names) or of_foot
             or (None if plan is None else Part(_per_leg(group, plan, names), paths, names.match))
         )  # fmt: skip
     if six and not first.of("load") and (legs := _legs_per_orientation(group, names)):
