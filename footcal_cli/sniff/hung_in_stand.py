@@ -56,6 +56,8 @@ def _spells(column: ColumnGuess, rows: int) -> list[tuple[str, BoolArray]] | Non
 
 def _hung(table: FloatArray, rows: list[BoolArray]) -> int | None:
     """Which of several groups of rows of readings (n, c) is of a robot in the air; None if none."""
+    if not all(np.isfinite(table[own]).any(axis=0).all() for own in rows):
+        return None  # a channel that read nothing in one of them
     means = np.array([np.nanmean(table[own], axis=0) for own in rows])
     found = []
     for at, own in enumerate(means):

@@ -260,6 +260,7 @@ def test_a_pair_that_does_not_hold_without_blocks_leaves_the_word_to_one_cause(
 
     monkeypatch.setattr(investigation, "named", lambda _, stands: Said(stands.verdict, stands.path))
     monkeypatch.setattr(investigation, "_sized", lambda *_: True)
+    monkeypatch.setattr(investigation, "_confirmed", lambda *_: True)
     monkeypatch.setattr(
         investigation, "_without_name", lambda _subject, path, said, _share: Nameless(said, path)
     )

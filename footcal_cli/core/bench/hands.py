@@ -22,6 +22,9 @@ _FEW = 0.05
 _PART = 0.25
 """Share of the shorter of two loads that may be near the change between them."""
 
+_STEPS_AROUND = 0.2
+"""Of `AROUND_S`: sampled more coarsely, a reading does not show when it came to its load."""
+
 _BEYOND = 0.75
 """In windows: a sudden change makes half a window before and after it move."""
 
@@ -52,6 +55,8 @@ def out_of_step(
     same = _bears_its_load(load_n, own)
     when = 0.5 * (time_s[changed] + time_s[changed + 1])
     lasts = np.diff(np.concatenate([time_s[:1], when, time_s[-1:]]))
+    # a reading that is written down every ten seconds may creep in between
+    finely = float(np.median(np.diff(time_s))) < _STEPS_AROUND * AROUND_S
     # of loads that change every other second most samples are near a change
     most = _PART * np.minimum(lasts[:-1], lasts[1:])
     for at, farthest in zip(when, most, strict=True):
@@ -60,7 +65,7 @@ def out_of_step(
         # a side on which no sample stands at its load says nothing of when it came
         before = [at - stands[stands < at].max()] if (stands < at).any() else []
         after = [stands[stands > at].min() - at] if (stands > at).any() else []
-        far = min(max([AROUND_S, *before, *after]), farthest)
+        far = min(max([AROUND_S, *before, *after]) if finely else AROUND_S, farthest)
         near = slice(*np.searchsorted(time_s, [at - far, at + far]))
         off = np.abs(time_s[near] - at)[~same[near]]
         disturbed = off.size and off.max() > _BEYOND * window_s

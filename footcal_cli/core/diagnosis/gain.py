@@ -45,10 +45,16 @@ class Gain:
         """Number of blocks whose held-out error is smaller with the names than without."""
         return int(np.sum(self.per_block[:, 1] < self.per_block[:, 0]))
 
-    @property
-    def is_confirmed(self) -> bool:
-        """Whether the reduction is surely one, or is one in more than half of the blocks."""
-        return self.change.low > 0.0 or self.better_blocks > 0.5 * len(self.per_block)
+    def is_confirmed(self, held: int) -> bool:
+        """Whether the reduction is surely one, or is one in more than half of the blocks.
+
+        Parameters
+        ----------
+        held
+            Blocks in which the names act: a cause in one cell leaves those of all others as they
+            were.
+        """
+        return self.change.low > 0.0 or self.better_blocks > 0.5 * min(held, len(self.per_block))
 
 
 def gains_of(before: Problem, after: Problem, noise: Noise) -> tuple[Gain, ...]:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 
+import numpy as np
+
 from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, MovedGain, Verdict
 from footcal_cli.core.diagnosis.bridge import Describe, problem_from
 from footcal_cli.core.diagnosis.engine import leftover
@@ -210,10 +212,12 @@ def _confirmed(answer: Investigation, stands: Standing) -> bool:
 
     Where a known calibration could take it up, its way says so instead.
     """
-    gain = main_gain(answer.gains, answer.problem)
+    gain, model = main_gain(answer.gains, answer.problem), stands.path.model
     alpha = stands.path.rounds[0].rules.alpha_name
-    known = stands.departure is not None and stands.departure.p < alpha
-    return known or gain is None or gain.is_confirmed
+    if gain is None or model is None or (stands.departure and stands.departure.p < alpha):
+        return True
+    acts = np.any(model.columns != 0.0, axis=1)
+    return gain.is_confirmed(np.unique(answer.problem.block[acts]).size)
 
 
 def _sized(problem: Problem, path: Path, found: Sequence[Found]) -> bool:
