@@ -15,7 +15,7 @@ from footcal_cli.core.bench.plateaus import PlateauOptions, why_no_hold
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.recipe import Recipe, read_recipe
 from footcal_cli.tables.columns import hang_table, poses_table, weights_stream_table, weights_table
-from footcal_cli.tables.table import read_table
+from footcal_cli.tables.table import Table, read_table
 from footcal_cli.tables.units import load_list
 
 G = 9.80665
@@ -70,39 +70,32 @@ def test_a_wide_row_becomes_a_row_per_entry(tmp_path: Path) -> None:
     np.testing.assert_allclose(table.number("counts"), [1, 3, 2, 4])
 
 
-def test_readings_of_one_cell_stay_in_their_row(tmp_path: Path) -> None:
-    log = tmp_path / "wide.csv"
+def side_by_side(folder: Path, into: str) -> Table:
+    """Two rows of a cell, whose two readings each stand side by side, taken into a column."""
+    log = folder / "wide.csv"
     log.write_text("cell,load_kg,a,b\nfl,0,1,2\nfl,1,3,4\n")
     said = recipe(
-        tmp_path,
-        """
+        folder,
+        f"""
         [columns]
         channel = "cell"
         [[files]]
-        wide_into = "reading"
-        wide = { 1 = { counts = "a" }, 2 = { counts = "b" } }
+        wide_into = "{into}"
+        wide = {{ 1 = {{ counts = "a" }}, 2 = {{ counts = "b" }} }}
     """,
     )
-    table = read_table(log, weights_table(), said.reading(log), gravity_mps2=G)
+    return read_table(log, weights_table(), said.reading(log), gravity_mps2=G)
+
+
+def test_readings_of_one_cell_stay_in_their_row(tmp_path: Path) -> None:
+    table = side_by_side(tmp_path, "reading")
     np.testing.assert_allclose(table.number("counts"), [1, 2, 3, 4])
     np.testing.assert_allclose(table.number("load_n"), [0, 0, G, G])
 
 
 def test_a_wide_table_into_a_column_that_nothing_has_is_refused(tmp_path: Path) -> None:
-    log = tmp_path / "wide.csv"
-    log.write_text("cell,load_kg,a,b\nfl,0,1,2\nfl,1,3,4\n")
-    said = recipe(
-        tmp_path,
-        """
-        [columns]
-        channel = "cell"
-        [[files]]
-        wide_into = "readings"
-        wide = { 1 = { counts = "a" }, 2 = { counts = "b" } }
-    """,
-    )
     with pytest.raises(DataError, match="wide_into = 'readings' is no column of this table"):
-        read_table(log, weights_table(), said.reading(log), gravity_mps2=G)
+        side_by_side(tmp_path, "readings")
 
 
 def test_a_join_by_time_interpolates_and_leaves_out_what_is_too_far(tmp_path: Path) -> None:
