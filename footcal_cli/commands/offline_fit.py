@@ -108,7 +108,8 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
 
     import numpy as np
 
-    from footcal_cli.core.plausibility import check_shares
+    from footcal_cli.core.checks.holes import check_placed
+    from footcal_cli.core.parameters import Status
     from footcal_cli.errors import UsageError, nearest
     from footcal_cli.intake.placed_weights import read_feet, study_foot
 
@@ -116,7 +117,8 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
     for one in channels:
         channel = one.names[0].removesuffix(".scale")
         calibration[channel] = one[f"{channel}.scale"], one[f"{channel}.bias"]
-    logs, apart = read_feet(session, calibration)
+    believed = bool(channels) and all({*one.status} == {Status.PRIOR_KEPT} for one in channels)
+    logs, apart = read_feet(session, calibration, believed=believed)
     left_out = session.options.held_out_placements
     names = {str(name) for log in logs.values() for name in log.names}
     for name in left_out:
@@ -128,7 +130,7 @@ def _feet(session: Session[OfflineFitOptions], channels: Sequence[Estimates]) ->
     found = []
     for foot, log in logs.items():
         rows = log.rows
-        session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
+        session.note(check_placed(rows.forces_n, rows.cells, rows.load_n))
         study = study_foot(foot, log, np.isin(log.names.astype(str), left_out))
         found.append(replace(study, held_out=apart[foot].rows) if foot in apart else study)
     return found

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
+from footcal_cli.core.signals import stretches
 from footcal_cli.recipe import Robot
 from footcal_cli.tables.table import Table
 
@@ -18,6 +19,8 @@ _FILMED = 50
 _OF_A_WEIGHT, _LIGHTEST = 0.05, 0.1
 """How far an empty plate may read from its lightest rows, of what weights make it read; and which
 share of rows without a load these are."""
+_MOVED = 0.25
+"""Share of a weight by which the zeros of one emptying may differ from those of all."""
 
 
 def carried(forces_n: FloatArray, load_n: FloatArray) -> BoolArray:
@@ -38,7 +41,13 @@ def carried(forces_n: FloatArray, load_n: FloatArray) -> BoolArray:
     high, usual = float(np.median(total[~empty])), float(np.median(total[empty]))
     way = 1.0 if high >= usual else -1.0
     low = way * float(np.quantile(way * total[empty], _LIGHTEST))
-    return np.asarray(empty & (np.abs(total - low) > _OF_A_WEIGHT * abs(high - low)))
+    away = np.abs(total - low)
+    for start, stop in stretches(empty):
+        # zeros that have moved by then are no weight
+        own = way * float(np.quantile(way * total[start:stop], _LIGHTEST))
+        if abs(own - low) < _MOVED * abs(high - low):
+            away[start:stop] = np.abs(total[start:stop] - own)
+    return np.asarray(empty & (away > _OF_A_WEIGHT * abs(high - low)))
 
 
 def empty_plate(

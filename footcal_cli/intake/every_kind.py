@@ -101,7 +101,7 @@ def compare(
 
 def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
     """Weights on feet against the calibration of their cells."""
-    from footcal_cli.core.plausibility import check_shares
+    from footcal_cli.core.checks.holes import check_placed
     from footcal_cli.intake.placed_weights import read_placements
 
     if session.parameters is None:
@@ -112,7 +112,7 @@ def _placements(session: Session[Any], tables: Sequence[Table]) -> None:
         )
         for log in logs.values():
             rows = log.rows
-            session.note(check_shares(rows.forces_n, rows.cells, rows.load_n, calibrated=True))
+            session.note(check_placed(rows.forces_n, rows.cells, rows.load_n))
 
 
 def _asked_of_poses(session: Session[Any]) -> PoseCalibOptions:

@@ -61,7 +61,10 @@ def placed(session: Session[Any]) -> list[Table]:
 
 
 def read_feet(
-    session: Session[OfflineFitOptions], calibration: dict[str, tuple[float, float]]
+    session: Session[OfflineFitOptions],
+    calibration: dict[str, tuple[float, float]],
+    *,
+    believed: bool,
 ) -> tuple[dict[str, PlacementLog], dict[str, PlacementLog]]:
     """Placements of every foot and of an instrument, and of feet those to keep apart."""
     robot, least = session.recipe.robot, session.options.min_force_n
@@ -70,10 +73,10 @@ def read_feet(
     if cells:
         table = placements_table(cells)
         if tables := placed(session):
-            logs = read_placements(tables, robot, calibration, least)
+            logs = read_placements(tables, robot, calibration, least, believed=believed)
         held = [] if session.request.logs else session.read(table, "placements_held_out")
         if held:
-            apart = read_placements(held, robot, calibration, least)
+            apart = read_placements(held, robot, calibration, least, believed=believed)
     if tables := session.read(cop_points_table()):
         logs["instrument"] = read_cop_points(tables)
     return logs, apart
@@ -104,6 +107,8 @@ def read_placements(
     robot: Robot,
     calibration: dict[str, tuple[float, float]],
     min_force_n: float,
+    *,
+    believed: bool = False,
 ) -> dict[str, PlacementLog]:
     """Forces and holes of every foot in the logs.
 
@@ -115,6 +120,8 @@ def read_placements(
         Channel -> scale (N/count) and bias (N).
     min_force_n
         Below this total force there is no CoP.
+    believed
+        Whether no weights stand behind the scales (`by_nameplate`).
 
     Raises
     ------
@@ -159,6 +166,7 @@ def read_placements(
             load_n=load,
             placement=with_others(holes_of(hole), load),
             min_force_n=min_force_n,
+            believed_scale=scale if believed else None,
         )
         # nameplate scale, common zero: what a foot reads before anyone calibrates it
         before = None if nominal is None else replace(rows, forces_n=nominal * (counts - zero))

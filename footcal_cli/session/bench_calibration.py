@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from footcal_cli.core.bench.cop_study import FootStudy
 from footcal_cli.core.bench.study import ChannelStudy
 from footcal_cli.core.parameters import Estimates
@@ -54,11 +56,12 @@ def bench_calibration(
         if found.estimates is None:
             continue
         parameters |= parameter_records(found.estimates)
-        groups.append(found.estimates)
-        for channel, change in found.bias_changes().items():
-            name = f"{channel}.bias"
-            old = parameters[name]
-            parameters[name] = old.model_copy(update={"value": old.value + change})
+        placed = {*found.estimates.names}  # a scale by the placements replaces a believed one
+        groups = [*(g for g in groups if placed.isdisjoint(g.names)), found.estimates]
+        names = [f"{channel}.bias" for channel in found.rows.cells]
+        biases = found.biases(np.array([parameters[name].value for name in names]))
+        for name, bias in zip(names, biases.tolist(), strict=True):
+            parameters[name] = parameters[name].model_copy(update={"value": bias})
         for effect in found.effects():
             owners: dict[str, tuple[str, ...]] = {c: (c,) for c in found.rows.cells}
             effects.append(EffectRecord(effect=effect, owners=owners))

@@ -29,6 +29,10 @@ def cop_errors_m(cop_m: FloatArray, rows: PlacementRows) -> FloatArray:
     return np.asarray(error[np.isfinite(error).all(axis=1)])
 
 
+_SHOWN = {"m": (_MM, "mm"), "-": (100.0, "%")}
+"""Factor and unit of a parameter as it is written."""
+
+
 def rms_distance_m(error_m: FloatArray) -> float:
     """Root mean squared length of error vectors."""
     return float(np.sqrt(np.mean(np.sum(error_m**2, axis=1)))) if len(error_m) else float("nan")
@@ -114,7 +118,7 @@ def correction_sheet(found: FootStudy) -> Sheet:
 
 
 def cell_sheet(found: FootStudy) -> Sheet | None:
-    """Corrections of the cells' positions and their crosstalk."""
+    """Corrections of the cells' positions, and their crosstalk or scales."""
     physical = found.study.physical
     if physical is None:
         return None
@@ -126,7 +130,7 @@ def cell_sheet(found: FootStudy) -> Sheet | None:
     for name, unit, value, sd in zip(
         estimates.names, estimates.units, estimates.values, estimates.sd, strict=True
     ):
-        factor, shown = (_MM, "mm") if unit == "m" else (100.0, "%")
+        factor, shown = _SHOWN.get(unit, (1.0, unit))
         rows.append(
             (name, with_sd(factor * value, factor * sd), shown, f"{value / sd:+.1f}" if sd else "–")
         )

@@ -262,7 +262,7 @@ def _with_readings(
     nothing = frame[needed].isna().any(axis=1).to_numpy() if needed else np.zeros(0, dtype=bool)
     if not nothing.any():
         return frame, []
-    said = ", ".join(f"'{places.found[name].column}'" for name in needed)
+    said = ", ".join(dict.fromkeys(f"'{places.found[name].column}'" for name in needed))
     return frame[~nothing], [
         Finding(
             "rows_without_reading", "note", path.name,

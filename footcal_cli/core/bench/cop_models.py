@@ -37,19 +37,22 @@ class CopModel:
     ----------
     name
         ``none affine quadratic full``, ``cell positions``, ``crosstalk and cell positions``,
-        ``crosstalk, cell positions and biases``.
+        ``crosstalk, cell positions and biases``; ``cell gains and positions`` and so on of believed scales.
     physical
         Whether it corrects cells instead of the CoP.
     with_forces
         Empirical: the forces enter (eq. (4), second part). Physical: the shares s_i are free.
     with_bias
         Physical: the offsets f and m are free.
+    with_gains
+        Physical: the shares s_i are gains of the cells, not a crosstalk between them.
     """
 
     name: str
     physical: bool = False
     with_forces: bool = False
     with_bias: bool = False
+    with_gains: bool = False
 
     def terms(self, cells: tuple[str, ...]) -> tuple[str, ...]:
         """Names of the empirical terms in the order of the coefficients."""
@@ -79,6 +82,12 @@ BIASED = CopModel(
 )
 MODELS = (NONE, AFFINE, POSITIONS, QUADRATIC, CROSSTALK, BIASED, FULL)
 """All alternatives, simple ones first (for a foot of four cells)."""
+_GAINS = {
+    CROSSTALK: replace(CROSSTALK, name="cell gains and positions", with_gains=True),
+    BIASED: replace(BIASED, name="cell gains, positions and biases", with_gains=True),
+}
+GAIN_MODELS = tuple(_GAINS.get(model, model) for model in MODELS)
+"""The same of cells whose scales no weights measured."""
 
 
 @dataclass(frozen=True)
@@ -184,8 +193,11 @@ class CopFit:
         """κ_i of the table of effects that explains the shares of cells of known scale.
 
         ``y_i = x_i + κ_i mean_{j≠i} x_j`` makes the total ``Σ s_i y_i`` with ``sᵀ M(κ) = 1ᵀ``,
-        linear in κ: ``s_j + Σ_{i≠j} s_i κ_i / (c − 1) = 1``. Shape (c,).
+        linear in κ: ``s_j + Σ_{i≠j} s_i κ_i / (c − 1) = 1``. Shape (c,); zero of shares that are
+        gains.
         """
+        if self.model.with_gains:
+            return np.zeros(self.shares.size)
         mixing = _others(self.shares.size) * self.shares
         try:
             return np.asarray(np.linalg.solve(mixing, 1 - self.shares))
@@ -210,8 +222,11 @@ class CopFit:
     def corrections_m(self, cell_pos_m: FloatArray) -> FloatArray:
         """True minus believed cell positions, shape (c, 2).
 
-        Lever arms q of the readings belong to the positions ``p = M(κ)ᵀ q``.
+        Lever arms q of the readings belong to the positions ``p = M(κ)ᵀ q``, under gains s to
+        ``p = q / s``.
         """
+        if self.model.with_gains:
+            return np.asarray(self.weights[:-1, 1:] / self.shares[:, None] - cell_pos_m)
         mixing = np.eye(self.shares.size) + self.crosstalk[:, None] * _others(self.shares.size)
         return np.asarray(mixing.T @ self.weights[:-1, 1:] - cell_pos_m)
 

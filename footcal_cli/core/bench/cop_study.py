@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.bench.cop_models import MODELS, CopFit, CopModel, fit_cop
+from footcal_cli.core.bench.cop_models import GAIN_MODELS, MODELS, CopFit, CopModel, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.effects.cells import CROSSTALK
 from footcal_cli.core.effects.foot import CELL_POSITION
@@ -45,7 +45,7 @@ class CopResult:
     floor_m, force_noise_nm
         a and b of the sd of a corrected CoP per axis, shape (2,) each.
     parameters
-        Physical models: cell corrections, shares or crosstalk with jackknife covariance.
+        Physical models: cell corrections, crosstalk or scales with jackknife covariance.
     groups
         Placements behind all this.
     """
@@ -168,17 +168,17 @@ class FootStudy:
         model = self.study.chosen.fit.model
         if not model.physical:
             return ()
-        return (CELL_POSITION.name, CROSSTALK.name) if model.with_forces else (CELL_POSITION.name,)
+        mixed = model.with_forces and not model.with_gains
+        return (CELL_POSITION.name, CROSSTALK.name) if mixed else (CELL_POSITION.name,)
 
-    def bias_changes(self) -> dict[str, float]:
-        """What the chosen model adds to the cells' biases, N."""
+    def biases(self, known: FloatArray) -> FloatArray:
+        """Biases of the cells by the chosen model, from those they had (N), shape (c,) both."""
         fit = self.study.chosen.fit
-        if not fit.model.with_bias:
-            return {}
-        return dict(zip(self.rows.cells, fit.bias_corrections_n.tolist(), strict=True))
+        found = known + fit.bias_corrections_n if fit.model.with_bias else known
+        return np.asarray(fit.shares * found if fit.model.with_gains else found)
 
 
-def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> CopStudy:
+def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] | None = None) -> CopStudy:
     """Fit and compare corrections by leaving out one placement after the other.
 
     Parameters
@@ -186,7 +186,8 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> Cop
     rows
         Placements of one foot, held-out ones already removed.
     models
-        Alternatives; those with more coefficients than placements can carry are not tried.
+        Alternatives, else all; those with more coefficients than placements can carry are not
+        tried.
 
     Raises
     ------
@@ -207,6 +208,8 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] = MODELS) -> Cop
             remedy="check the load column and its sign",
         )
     cells = len(rows.cells)
+    if models is None:
+        models = MODELS if rows.believed_scale is None else GAIN_MODELS
     tried = [
         m
         for m in models
@@ -316,22 +319,26 @@ def _scatter(error: FloatArray, total_n: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Estimates:
-    """Cell corrections (and crosstalk), and their covariance.
+    """Cell corrections (and crosstalk or scales), and their covariance.
 
     The jackknife over placements, and what the usual sizes of cells say where placements do not.
     """
 
     def read(one: CopFit) -> FloatArray:
         corrections = one.corrections_m(rows.cell_pos_m).ravel()
-        return np.concatenate(
-            [corrections, one.crosstalk] if one.model.with_forces else [corrections]
-        )
+        return np.concatenate([corrections, mixed(one)]) if one.model.with_forces else corrections
+
+    def mixed(one: CopFit) -> FloatArray:
+        if rows.believed_scale is None or not one.model.with_gains:
+            return one.crosstalk
+        return one.shares * rows.believed_scale
 
     names = [f"{cell}.cell_correction_{axis}" for cell in rows.cells for axis in "xy"]
     units = ["m"] * len(names)
     if fit.model.with_forces:
-        names += [f"{cell}.crosstalk" for cell in rows.cells]
-        units += ["-"] * len(rows.cells)
+        kind, unit = ("scale", "N/count") if fit.model.with_gains else (CROSSTALK.size.name, "-")
+        names += [f"{cell}.{kind}" for cell in rows.cells]
+        units += [unit] * len(rows.cells)
     table = np.array([read(one) for one in replicas])
     rest = table - table.mean(axis=0)
     loose = np.array([read(one) for one in fit.moved_within_usual()]) - read(fit)

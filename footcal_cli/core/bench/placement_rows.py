@@ -37,6 +37,9 @@ class PlacementRows:
         Below this total force there is no CoP.
     given_cop_m
         CoP reported by an instrument whose cells were not logged, shape (n, 2); `cells` is empty.
+    believed_scale
+        Scales (N/count) that no weights measured, shape (c,): what the placements say of a cell's
+        share of the load is then its gain. None of measured scales: its share is a crosstalk.
     """
 
     cells: tuple[str, ...]
@@ -47,6 +50,7 @@ class PlacementRows:
     placement: IntArray
     min_force_n: float = MIN_FORCE_N
     given_cop_m: FloatArray | None = None
+    believed_scale: FloatArray | None = None
 
     def __len__(self) -> int:
         return self.load_n.size
@@ -60,10 +64,11 @@ class PlacementRows:
 
     @property
     def valid(self) -> BoolArray:
-        """Rows with enough force for a CoP, shape (n,)."""
+        """Rows with a load and enough force for a CoP, shape (n,): drifted zeros are not a load."""
+        loaded = self.load_n != 0.0
         if self.given_cop_m is not None:
-            return np.asarray(np.isfinite(self.given_cop_m).all(axis=1))
-        return np.asarray(self.total_n > self.min_force_n)
+            return np.asarray(loaded & np.isfinite(self.given_cop_m).all(axis=1))
+        return np.asarray(loaded & (self.total_n > self.min_force_n))
 
     @property
     def raw_cop_m(self) -> FloatArray:
@@ -71,7 +76,8 @@ class PlacementRows:
         if self.given_cop_m is not None:
             return self.given_cop_m
         points = np.broadcast_to(self.cell_pos_m, (len(self), *self.cell_pos_m.shape))
-        return pressure(self.forces_n, points, self.min_force_n).cop_m
+        cop_m = pressure(self.forces_n, points, self.min_force_n).cop_m
+        return np.where(self.valid[:, None], cop_m, np.nan)
 
     def select(self, rows: BoolArray) -> PlacementRows:
         """Some of the rows."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.plausibility import check_shares
 from footcal_cli.core.quality import Finding, listed
 
 LARGE_M, LARGE_LOAD = 0.012, 0.15
@@ -22,6 +23,9 @@ EXCHANGED = 0.8
 the next best two: no curve of a cell depends on which hole is which."""
 MUCH_BETTER, WRONG = 0.3, 0.15
 """Misfit of the balance with holes read otherwise, as a share of that as given; least misfit."""
+_MOVED, _MOVED_SD, _PAIR = 0.02, 5.0, 2
+"""Share of the weight, and sd of chance, by which a zero has moved from one empty plate to another;
+of a pair nothing says how far chance goes."""
 _FEWEST = 5
 _MOST_WRONG = 1 / 3
 _READ_OTHERWISE = {
@@ -209,3 +213,43 @@ def _misfit(
     solved = np.linalg.lstsq(matrix, target, rcond=None)[0]
     left = matrix @ solved - target
     return float(np.sqrt((left @ left) / (target @ target))), lever * solved[-2:]
+
+
+def check_placed(forces_n: FloatArray, cells: Sequence[str], load_n: FloatArray) -> list[Finding]:
+    """What known weights on a foot say of its calibrated cells (`check_shares`) and their zeros.
+
+    Parameters
+    ----------
+    forces_n, load_n
+        In the order they were taken, shape (n, c) and (n,).
+    """
+    found = check_shares(forces_n, cells, load_n, calibrated=True)
+    return [*found, *_moved_zeros(forces_n[load_n == 0.0], cells, load_n)]
+
+
+@listed
+def _moved_zeros(
+    empty_n: FloatArray, cells: Sequence[str], load_n: FloatArray
+) -> Iterator[Finding]:
+    """Zeros of the first and the last empty plate, shape (k, c), that differ by more than chance.
+
+    Chance is how far one differs from the next; two alone have the share of the weight to pass.
+    """
+    if len(empty_n) < 2 or not len(cells) or not np.isfinite(empty_n).all():
+        return
+    weight = float(np.nanmedian(np.abs(load_n[load_n != 0.0])))
+    few = max(len(empty_n) // 4, 1)
+    moved = empty_n[-few:].mean(axis=0) - empty_n[:few].mean(axis=0)
+    chance = np.sqrt(np.mean(np.diff(empty_n, axis=0) ** 2, axis=0) / few)
+    most = int(np.argmax(np.abs(moved)))
+    if len(empty_n) > _PAIR and abs(moved[most]) < _MOVED_SD * chance[most]:
+        return
+    if abs(moved[most]) > _MOVED * weight:
+        yield Finding(
+            "zero_moves", "warning", cells[most],
+            f"without a load it reads {abs(moved[most]):.2g} N "
+            f"{'more' if moved[most] > 0 else 'less'} at the end than at the beginning, "
+            f"{100 * abs(moved[most]) / weight:.2g} % of the weight",
+            "let the cells warm up, and read the empty plate before each round; scales and places "
+            "of cells hold no better than their zeros",
+        )  # fmt: skip

@@ -281,7 +281,7 @@ WARM_UP = Effect(
     ),
     apply=on_readings(plus_since(_warm_up)),
     remove=on_readings(plus_since(_warm_up, -1.0)),
-    experiments=("weights",),
+    experiments=("weights", "placements"),
     of_recording=True,
     formula="y = x + W exp(−(t − t₀) / τ)",
     source="data sheets of bridge amplifiers and load cells: warm-up time of the zero",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footcal_cli.core.checks.holes import check_placed
 from footcal_cli.core.diagnosis.labels import Elsewhere, relabelled
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Trait
@@ -17,7 +18,6 @@ from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.written import Written
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, ParameterSet
-from footcal_cli.core.plausibility import check_shares
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
 from footcal_cli.intake.cases.shared import (
@@ -78,7 +78,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     for log in logs:
         scale, bias = ([values[f"{c}.{n}"] for c in log.channels] for n in ("scale", "bias"))
         forces = log.readings * scale + bias
-        findings += check_shares(forces, log.channels, log.known["load_n"], calibrated=True)
+        findings += check_placed(forces, log.channels, log.known["load_n"])
     largest = float(np.max(np.abs(load)))
     case = Case(
         experiment=EXPERIMENT,
