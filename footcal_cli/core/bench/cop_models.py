@@ -37,7 +37,8 @@ class CopModel:
     ----------
     name
         ``none affine quadratic full``, ``cell positions``, ``crosstalk and cell positions``,
-        ``crosstalk, cell positions and biases``; ``cell gains and positions`` and so on of believed scales.
+        ``crosstalk, cell positions and biases``; with gains ``cell gains and positions``, ``cell
+        gains, positions and biases``.
     physical
         Whether it corrects cells instead of the CoP.
     with_forces

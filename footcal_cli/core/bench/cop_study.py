@@ -194,18 +194,18 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] | None = None) -
     FitError
         Fewer than three placements with a CoP, or none with a load.
     """
+    known = rows.load_n[np.isfinite(rows.load_n)]
+    if known.size and not (known > 0).any():
+        raise FitError(
+            f"no load of the {known.size} placements is above 0 N (largest {known.max():.4g} N)",
+            remedy="check the load column and its sign",
+        )
     groups = np.unique(rows.placement[rows.valid]).size
     if groups < 3:
         raise FitError(
             f"{groups} placements with more than {rows.min_force_n:g} N cannot be left out one by "
             "one",
             remedy="place weights over at least three holes",
-        )
-    known = rows.load_n[np.isfinite(rows.load_n)]
-    if known.size and not (known > 0).any():
-        raise FitError(
-            f"no load at the {groups} placements is above 0 N (largest {known.max():.4g} N)",
-            remedy="check the load column and its sign",
         )
     cells = len(rows.cells)
     if models is None:
