@@ -39,7 +39,7 @@ ALSO: Mapping[int, tuple[str, ...]] = {
     7003: ("hysteresis", "wrong_weight", "dead_zone", "hinge", "saturation"),
     7006: ("smoothing", "lag"),
     7008: ("wrong_weight",),
-    7009: ("bias_drift", "zero_warm_up"),
+    7009: ("bias_drift",),
     7010: ("mass",),
     7012: ("angular_momentum",),
     7204: ("plate_inertia", "hanging_plate", "angular_momentum"),

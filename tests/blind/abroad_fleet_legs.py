@@ -28,7 +28,7 @@ WEIGHED = tuple(make for make in MAKES if not kind_of(make).mass_off)
 WRIST = 7110
 TURNS = 6.3
 CURVES = ("nonlinearity", "nonlinearity_cubic", "dead_zone", "hinge")
-DRIFTS = ("offset_drift", "offset_change", "zero_warm_up")
+DRIFTS = ("offset_drift", "offset_change")
 
 Change = Callable[[pd.DataFrame, float, Rng], pd.DataFrame]
 """``(rows of one leg, weight in N that sizes go with, rng) -> rows``."""

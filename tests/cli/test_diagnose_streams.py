@@ -86,7 +86,7 @@ def diagnosed(run: Run, folder: Path, written_kg: FloatArray, zero_n: FloatArray
     ("zero_n", "effect", "size_n"),
     [
         (1.5 * (0.61 * AT_S[-1] <= AT_S), "bias_jump", 1.5),
-        (-2.0 * np.exp(-AT_S / 40.0), "zero_warm_up", -2.0),
+        (-2.0 * np.exp(-AT_S / 40.0), "bias_drift", 2.0 / 1800.0),
     ],
     ids=["jump", "warm_up"],
 )

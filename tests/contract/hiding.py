@@ -38,6 +38,7 @@ SHAPES = {
     "saturation_limit": 1.0, "hinge_load": 0.5, "dead_zone_width": 0.15, "bypass_load": 0.5,
     "hysteresis_reach": 0.15, "change_time": 0.43,
     "creep_time": 45.0, "creep_slow_time": 800.0, "jump_time": 45.0, "slip_time": 25.0,
+    "drift_settling": 0.0,
     "slip_duration": 0.3, "label": 10.0, "hole": 5.0,
     "swap_first": 0.0, "swap_second": 2.0, "crosstalk_from": 0.0, "strain_bridged": 0.0,
 }  # fmt: skip

@@ -75,7 +75,7 @@ def test_every_field_is_filled_and_consistent(effect: Effect) -> None:
         assert p.unit
         assert p.prior_sd > 0
         assert bool(p.grid) == p.shape
-        shares = p.grid_of in (GridOf.LOAD, GridOf.DURATION)
+        shares = p.grid_of is GridOf.LOAD
         bounds = (0.0, 1.0) if shares else (p.lower, p.upper)
         assert all(bounds[0] <= value <= bounds[1] for value in p.grid)
 

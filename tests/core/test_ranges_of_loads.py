@@ -13,7 +13,7 @@ SHAPES = [
     for shape in effect.shapes
     if shape.grid_of is GridOf.LOAD
 ]
-SIZES = {"bias_jump": 0.1, "zero_warm_up": 0.1, "label_correction": 0.05}
+SIZES = {"bias_jump": 0.1, "label_correction": 0.05}
 """Size -> share of the largest load that it may well be."""
 
 

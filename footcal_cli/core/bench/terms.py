@@ -25,7 +25,6 @@ from footcal_cli.core.effects.memory_effects import (
     CREEP,
     CREEP_SLOW,
     HYSTERESIS,
-    WARM_UP,
 )
 from footcal_cli.core.parameters import FloatArray
 
@@ -189,14 +188,14 @@ def creep(record: BenchRecord, constants: int) -> Rung:
 
 def drift() -> Rung:
     """A bias that moves steadily in time: what creep must be distinguished from."""
-    return Rung("bias drift", (effect_term(BIAS_DRIFT),), needs_time=True)
+    return Rung("bias drift", (effect_term(BIAS_DRIFT, ((0.0,),), free=False),), needs_time=True)
 
 
 def warm_up_rung(record: BenchRecord) -> Rung:
     """A zero that settles after the start; slower than the longest session it is a drift."""
     longest = record.longest_s
     return Rung(
-        "warm-up", (effect_term(WARM_UP, (tuple(np.geomspace(0.03 * longest, longest, 8)),)),),
+        "warm-up", (effect_term(BIAS_DRIFT, (tuple(np.geomspace(1.0, 33.0, 8) / longest),)),),
         needs_time=True,
     )  # fmt: skip
 

@@ -92,7 +92,7 @@ class GridOf(StrEnum):
     ITSELF = ""
     LOAD = "largest load"
     SPAN = "rows of a log, and its pauses"
-    DURATION = "duration of the longest log"
+    RATE = "rate of once in the longest log"
     LABEL = "weights in use"
     HOLE = "holes in use"
 

@@ -22,6 +22,9 @@ BREAK_S = 10.0
 a block a long hold may have few rows."""
 PACE = 1.5
 """So many times as long as the rows before it lay apart is still the next reading, not a break."""
+HALF_AN_HOUR_S = 1800.0
+_STEADY = 1e-9
+"""A drift that settles by less of itself in half an hour is steady."""
 _FORGOTTEN = 1e-30
 """A decay this small over a stretch leaves nothing to carry on."""
 
@@ -123,6 +126,30 @@ def plus_since(
         return x + sign * amount(since, theta), state
 
     return moved
+
+
+def settling(since_s: FloatArray, rate_ps: FloatArray) -> FloatArray:
+    """A drift that comes to rest, ``t₁ (1 − exp(−r t)) / (1 − exp(−r t₁))``, or t where r is zero.
+
+    After t₁, half an hour, it has come as far as a steady one: times a mean rate it is what has
+    drifted, and how fast it settles changes that rate little.
+
+    Parameters
+    ----------
+    since_s, rate_ps
+        t and r, shapes that broadcast.
+    """
+    steady = rate_ps * HALF_AN_HOUR_S < _STEADY
+    rate = np.where(steady, 1.0, rate_ps)
+    settled = HALF_AN_HOUR_S * np.expm1(-rate * since_s) / np.expm1(-rate * HALF_AN_HOUR_S)
+    return np.asarray(np.where(steady, since_s, settled))
+
+
+def settling_rate() -> EffectParameter:
+    """How soon a drift comes to rest, 1/s: steady at first, with 0 for good."""
+    return EffectParameter(
+        "drift_settling", "1/s", 0.0, 0.0, 10.0, 3e-3, True, (0.0, 2.5, 5.0, 10.0), GridOf.RATE
+    )
 
 
 def moment(name: str, parts: int) -> EffectParameter:

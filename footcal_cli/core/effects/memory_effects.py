@@ -30,6 +30,8 @@ from footcal_cli.core.effects.memory import (
     plus_since,
     recording,
     row_intervals,
+    settling,
+    settling_rate,
 )
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import BoolArray, FloatArray
@@ -149,11 +151,7 @@ def _unlag(y: FloatArray, log: Log, theta: Theta, state: State) -> tuple[FloatAr
 
 
 def _drift(since_s: FloatArray, theta: Theta) -> FloatArray:
-    return theta["bias_drift"] * since_s[:, None]
-
-
-def _warm_up(since_s: FloatArray, theta: Theta) -> FloatArray:
-    return theta["zero_warm_up"] * np.exp(-since_s[:, None] / theta["warm_up_time"])
+    return theta["bias_drift"] * settling(since_s[:, None], theta["drift_settling"])
 
 
 def _jump(since_s: FloatArray, theta: Theta) -> FloatArray:
@@ -247,47 +245,16 @@ BIAS_DRIFT = Effect(
     stage=Stage.CELL,
     scope=Scope.CHANNEL,
     by_column=True,
-    parameters=(EffectParameter("bias_drift", "N/s", 0.0, -0.1, 0.1, 5e-4),),
+    parameters=(EffectParameter("bias_drift", "N/s", 0.0, -10.0, 10.0, 5e-4), settling_rate()),
     apply=on_readings(plus_since(_drift)),
     remove=on_readings(plus_since(_drift, -1.0)),
     experiments=("weights", "placements", "stand", "walk"),
     of_recording=True,
-    formula="y = x + k (t − t₀)",
-    source="load-cell data sheets: zero drift; NAO CoP self-calibration, open points",
-    remedy="re-zero often, e.g. at every swing; log the temperature to find out why",
+    formula="y = x + k t₁ (1 − exp(−r t)) / (1 − exp(−r t₁)), t₁ = 30 min; with r = 0 x + k t",
+    source="load-cell data sheets: zero drift, warm-up time; NAO CoP self-calibration, open points",
+    remedy="switch on half an hour before, and re-zero often, e.g. at every swing",
     mimics=("temperature_bias", "creep"),
     separates="ten minutes unloaded at a constant temperature",
-)
-
-WARM_UP = Effect(
-    name="zero_warm_up",
-    traits=(Trait.TIMED, Trait.MEMORY),
-    stage=Stage.CELL,
-    scope=Scope.CHANNEL,
-    by_column=True,
-    parameters=(
-        EffectParameter("zero_warm_up", "N", 0.0, -1e3, 1e3, 0.5),
-        EffectParameter(
-            "warm_up_time",
-            "s",
-            300.0,
-            1.0,
-            1e5,
-            300.0,
-            True,
-            (0.05, 0.1, 0.2, 0.4),
-            GridOf.DURATION,
-        ),
-    ),
-    apply=on_readings(plus_since(_warm_up)),
-    remove=on_readings(plus_since(_warm_up, -1.0)),
-    experiments=("weights", "placements"),
-    of_recording=True,
-    formula="y = x + W exp(−(t − t₀) / τ)",
-    source="data sheets of bridge amplifiers and load cells: warm-up time of the zero",
-    remedy="switch on half an hour before; leave the first minutes out",
-    mimics=("bias_drift", "temperature_bias", "creep_slow"),
-    separates="half an hour unloaded after switching on",
 )
 
 BIAS_JUMP = Effect(
@@ -311,5 +278,5 @@ BIAS_JUMP = Effect(
     separates="unload before and after the suspected moment",
 )
 
-EFFECTS = (HYSTERESIS, CREEP, CREEP_SLOW, SENSOR_LAG, BIAS_DRIFT, WARM_UP, BIAS_JUMP)
+EFFECTS = (HYSTERESIS, CREEP, CREEP_SLOW, SENSOR_LAG, BIAS_DRIFT, BIAS_JUMP)
 """In the order in which a load passes them."""

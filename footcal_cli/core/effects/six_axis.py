@@ -23,7 +23,7 @@ from footcal_cli.core.effects.contract import (
     plus,
     times,
 )
-from footcal_cli.core.effects.memory import moment, plus_since
+from footcal_cli.core.effects.memory import moment, plus_since, settling, settling_rate
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import cross
@@ -133,7 +133,8 @@ def _drag(log: Log, theta: Theta) -> FloatArray:
 
 
 def _drift(since_s: FloatArray, theta: Theta) -> FloatArray:
-    return since_s[:, None, None] * wrench_of(theta, "offset_drift")
+    late = settling(since_s[:, None], theta["drift_settling"])
+    return late[..., None] * wrench_of(theta, "offset_drift")
 
 
 def _change(since_s: FloatArray, theta: Theta) -> FloatArray:
@@ -277,12 +278,12 @@ OFFSET_DRIFT = Effect(
     traits=(Trait.TIMED, Trait.MEMORY),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
-    parameters=per_axis("offset_drift", 2e-4, 2e-5, 1.0, "/s"),
+    parameters=(*per_axis("offset_drift", 2e-4, 2e-5, 10.0, "/s"), settling_rate()),
     apply=on_wrenches(plus_since(_drift)),
     remove=on_wrenches(plus_since(_drift, -1.0)),
     experiments=HIPS_AND_ANKLES,
     of_recording=True,
-    formula="w_measured = w + k (t − t₀)",
+    formula="w_measured = w + k t₁ (1 − exp(−r t)) / (1 − exp(−r t₁)), t₁ = 30 min; r = 0: k t",
     source="Wu & Revzen, section V: offsets moved by up to 10 N in six months",
     remedy="let the electronics warm up for 20 minutes; calibrate offsets before each use",
     mimics=("offset_change", "temperature_bias"),

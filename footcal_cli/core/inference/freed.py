@@ -58,7 +58,7 @@ def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
         placed = (*_PLACED, GridOf.LOAD) if is_six_axis(units) else _PLACED
         for p in effect.parameters:
             if p.unit not in ("channel", "block", "form") and p.grid_of not in placed:
-                step = 0.02 * p.prior_sd if not p.shape else 0.02 * abs(p.neutral)
+                step = 0.02 * (abs(p.neutral) if p.shape and p.neutral else p.prior_sd)
                 named = p.name == signature.parameter
                 freed.append(Freed(f"{owner}.{p.name}", p, step, named))
     return freed

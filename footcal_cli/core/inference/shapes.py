@@ -108,9 +108,9 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter, units: Sequence[st
     if shape.grid_of is GridOf.SPAN:
         longest = max(case.logs, key=lambda log: float(np.ptp(log.time_s)))
         return possible_times(longest, shape.grid)
-    if shape.grid_of is GridOf.DURATION:
-        longest_s = max(float(np.ptp(log.time_s)) for log in case.logs)
-        return [float(np.clip(v * longest_s, shape.lower, shape.upper)) for v in shape.grid]
+    if shape.grid_of is GridOf.RATE:
+        longest_s = max(float(np.ptp(log.time_s)) for log in case.logs) or np.inf
+        return [float(np.clip(v / longest_s, shape.lower, shape.upper)) for v in shape.grid]
     if shape.unit == "channel":
         return [v for v in shape.grid if v < len(channels_of(case.logs))] or [shape.neutral]
     return list(shape.grid)
