@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.checks.streams import check_zeros
+from footcal_cli.core.effects.calibration import AXES, AXIS_UNITS
 from footcal_cli.core.effects.contract import Scope, columns_of, is_six_axis
 from footcal_cli.core.effects.usual import middles_of_feet
 from footcal_cli.core.experiments.walk import channel_contact, feet_of, reference_of
@@ -26,8 +27,10 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     if belief is None:
         from footcal_cli.core.pose.turned import check_turned_feet
 
-        feet = _feet_exchanged(log, log.readings) if experiment == "walk" else []
-        return feet or [*_carried(merged), *check_turned_feet(log)]
+        walks = experiment == "walk"
+        feet = _feet_exchanged(log, log.readings) if walks else []
+        moved = _zeros(merged, log.readings, AXIS_UNITS.index("Nm")) if walks else []
+        return feet or [*_carried(merged), *check_turned_feet(log), *moved]
     if experiment != "walk":
         return _exchanged(log, belief)
     forces = belief.forces(merged.raw)
@@ -36,10 +39,20 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     return wrong or [*_zeros(merged, forces), *_exchanged(log, belief)]
 
 
-def _zeros(merged: Merged, forces_n: FloatArray) -> list[Finding]:
-    """Cells that read another force in the air at the end of a walk than at its beginning."""
-    in_air = channel_contact(merged.log) == 0.0
-    return check_zeros(forces_n, in_air, merged.log.channels, merged.weight_n)
+def _zeros(merged: Merged, forces_n: FloatArray, axes: int = 1) -> list[Finding]:
+    """Cells that read another force in the air at the end of a walk than at its beginning.
+
+    Parameters
+    ----------
+    axes
+        Of a transducer's six, so many are forces.
+    """
+    log, forces = merged.log, np.arange(merged.log.readings.shape[1])
+    if is_six_axis(log.channels):
+        forces = forces[forces % len(AXES) < axes]
+    in_air = channel_contact(log)[:, forces] == 0.0
+    names = [log.channels[i] for i in forces]
+    return check_zeros(forces_n[:, forces], in_air, names, merged.weight_n)
 
 
 def _exchanged(log: Log, belief: Belief) -> list[Finding]:

@@ -54,6 +54,18 @@ def test_what_loses_next_to_nothing_stays_in_the_set(
     assert answer(TRIALS[name], record) in ("right", "set"), record.get("sentence")
 
 
+def test_a_transducer_whose_zero_drifts_is_warned_of_and_in_the_set(tmp_path: Path) -> None:
+    """It shows in the swings alone: a tracked calibration follows it, and *none* was the answer."""
+    record = diagnosed(
+        TRIALS["ankles drift"], seed_of("development", "ankles drift", 812), tmp_path
+    )
+    assert answer(TRIALS["ankles drift"], record) == "set", record.get("sentence")
+    (cause,) = record["causes"]
+    assert cause["ci95"][0] > 0.0
+    moved = [f["where"] for f in record["findings"] if f["code"] == "zero_moves"]
+    assert {"left.fx", "left.fz"} <= set(moved)
+
+
 STANDS = (("stand crosstalk", 421), ("stand clean", 431))
 """One was certainly named mass and cell position before, the clean one cell position."""
 

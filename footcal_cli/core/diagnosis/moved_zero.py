@@ -1,4 +1,4 @@
-"""A cell of a walk whose zero moves by far more than those of all others.
+"""A cell, or a transducer, of a walk whose zero moves by far more than those of all others.
 
 Of the room of the diagnosis; `diagnose` asks where nothing else explains a walk. A calibration that
 is tracked follows each zero, so that one that drifts shows in no residual: it shows in the swings.
@@ -23,32 +23,33 @@ from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.problem import Problem
 
-_FEWEST, _FEWEST_CELLS = 6, 4
-"""Swings of which a trend is known, and cells that show what is usual."""
+_FEWEST, _FEWEST_OTHERS = 6, 3
+"""Swings of which a trend is known, and zeros of other sensors that show what is usual."""
 _SURE = 1e-3
 
 
 def with_moved_zero(
     found: Investigation, asked: Mapping[str, Effect], inquiry: Inquiry
 ) -> Investigation:
-    """`found`, or the cell whose zero has moved, with what a walk cannot distinguish from that.
+    """`found`, or the sensor whose zero has moved, with what a walk cannot distinguish from that.
 
     Parameters
     ----------
     asked
-        Effects by name that move the zero of one cell (`Trait.ZERO`).
+        Effects by name that move the zero of one sensor (`Trait.ZERO`).
     """
     least_n = found.case.finding_n
-    cell, p = moved_zero(found.problem, least_n) if found.is_open and asked else ("", 1.0)
-    if not cell:
+    name, p = moved_zero(found.problem, least_n) if found.is_open and asked else ("", 1.0)
+    if not name:
         return found
+    sensor, _, axis = name.partition(".")
     others = inquiry.table
     subject, begun = inquiry.about(found, found.case.directions, asked)
     for signature in subject.problem.signatures:
-        if signature.where != cell:
+        if signature.where != sensor or not signature.parameter.endswith(axis):
             continue
         alike = [others[n] for n in asked[signature.effect].mimics if n in others]
-        rivals = tuple(usual(effect, cell) for effect in alike)
+        rivals = tuple(usual(effect, sensor) for effect in alike)
         cause = replace(untested(signature, p), rivals=rivals)
         model = refitted_with(subject, [cause], None)
         model = replace(model, intervals=of_one_step(subject, cause, model, Jump()))
@@ -60,10 +61,11 @@ def with_moved_zero(
 
 
 def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
-    """The one cell whose zero has a trend over its swings, far beyond that of all others; else "".
+    """The one zero with a trend over its swings that is far beyond all others'; else "".
 
     Zeros that wander alike have trends of one variance: with τ the slope of means of swings over
-    time and c cells, ``τ_i / √(Σ_{j≠i} τ_j² / (c − 1)) ~ t(c − 1)``, Bonferroni over the cells.
+    time, ``τ_i / √(Σ_j τ_j² / m) ~ t(m)`` for the m zeros j of other sensors, Bonferroni over all.
+    Of transducers the forces are looked at; what moves one axis moves others of its own, too.
 
     Parameters
     ----------
@@ -73,22 +75,25 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
 
     Returns
     -------
-    The cell, and the p of the largest trend.
+    The cell, or axis of a transducer, and the p of the largest trend.
     """
     if not problem.drifts or problem.traces is None:
         return "", 1.0
     trends, moved_n = dict[str, float](), dict[str, float]()
     for name in problem.traces.names:
-        time_s, mean, _ = at_rest(problem, name)
-        if time_s.size >= _FEWEST:
+        time_s, mean, unit = at_rest(problem, name)
+        if time_s.size >= _FEWEST and unit == "N":
             trends[name] = abs(float(np.polyfit(time_s, mean, 1)[0]))
             moved_n[name] = abs(
                 float(mean[-(mean.size // 4) :].mean() - mean[: mean.size // 4].mean())
             )
-    if len(trends) < _FEWEST_CELLS:
+    if not trends:
         return "", 1.0
     most = max(trends, key=trends.__getitem__)
-    others = [trend for name, trend in trends.items() if name != most]
+    sensor = most.partition(".")[0]
+    others = [trend for name, trend in trends.items() if name.partition(".")[0] != sensor]
+    if len(others) < _FEWEST_OTHERS:
+        return "", 1.0
     usual = float(np.sqrt(np.mean(np.square(others))))
     t = trends[most] / max(usual, 1e-300)
     p = min(1.0, 2.0 * len(trends) * float(chances.t_sf(t, len(others))))

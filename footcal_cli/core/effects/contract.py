@@ -127,7 +127,7 @@ class Trait(StrEnum):
     SMALL_CELL = "said of load cells; its shapes are those of cells of some newtons"
     ALL_ALIKE = "scales all forces alike, as a gain that all cells share"
     GAIN = "scales what one cell shows: in a walk, no more than its own calibration may do"
-    ZERO = "moves what one cell shows of no load: in a walk, its own calibration follows it"
+    ZERO = "moves what one sensor shows of no load: in a walk, its own calibration follows it"
 
 
 DRIFT_TAKES_IT = "a calibration that drifts while walking follows it; "

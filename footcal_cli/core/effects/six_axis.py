@@ -275,7 +275,7 @@ CABLE_DRAG = Effect(
 
 OFFSET_DRIFT = Effect(
     name="offset_drift",
-    traits=(Trait.TIMED, Trait.MEMORY),
+    traits=(Trait.TIMED, Trait.MEMORY, Trait.ZERO),
     stage=Stage.SIX_AXIS,
     scope=Scope.LEG,
     parameters=(*per_axis("offset_drift", 2e-4, 2e-5, 10.0, "/s"), settling_rate()),

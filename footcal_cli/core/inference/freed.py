@@ -47,15 +47,17 @@ class Freed:
         return self.parameter.shape
 
 
-def freed_of(effect: Effect, signature: Signature) -> list[Freed]:
+def freed_of(effect: Effect, signature: Signature, *, drifts: bool = False) -> list[Freed]:
     """Sizes and shapes of an accepted effect, by owner.
 
     An offset has no reason to lie along one axis: all its components are freed. The reach of an
     axis stays on its grid: beyond, a play hardly gives way to loads of both signs, and is a gain.
+    How a drift settles stays as it is where the calibration `drifts` too and takes that up.
     """
     freed = []
     for owner, units in signature.owners:
         placed = (*_PLACED, GridOf.LOAD) if is_six_axis(units) else _PLACED
+        placed = (*placed, GridOf.RATE) if drifts else placed
         for p in effect.parameters:
             if p.unit not in ("channel", "block", "form") and p.grid_of not in placed:
                 step = 0.02 * (abs(p.neutral) if p.shape and p.neutral else p.prior_sd)

@@ -113,7 +113,7 @@ def refit(
     freed: list[Freed] = []
     for effect, signature in accepted:
         chain = extended_chain(chain, effect, signature)
-        freed += freed_of(effect, signature)
+        freed += freed_of(effect, signature, drifts=problem.drifts)
     values = {**case.values, **start}
     memory = case.memory()
     left = residual(case, problem, values, chain, seen=memory)

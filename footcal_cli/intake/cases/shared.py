@@ -93,7 +93,7 @@ class CaseRead:
         return {name: effect for name, effect in table.items() if kinds & set(effect.traits)}
 
     def zeros(self, table: Mapping[str, Effect]) -> dict[str, Effect]:
-        """What moves the zero of one cell, which a tracked calibration follows."""
+        """What moves the zero of one sensor, which a tracked calibration follows."""
         if not self.case.drifts:
             return {}
         return {name: effect for name, effect in table.items() if Trait.ZERO in effect.traits}
