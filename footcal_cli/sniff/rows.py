@@ -6,7 +6,7 @@ import csv
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import islice, pairwise
 
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.tokens import (
@@ -30,7 +30,10 @@ def fields_of(line: str, separator: str) -> list[str]:
     line = undrawn(line, separator)
     if separator == BLANKS:
         return line.split()
-    return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
+    line = line.strip("\r\n")
+    if line and not any(sign in line for sign in '"\r\n'):  # most lines, in a fraction of the time
+        return [f.strip() for f in line.split(separator)]
+    return [f.strip() for f in next(csv.reader([line], delimiter=separator), [])]
 
 
 def filled_fields(line: str, separator: str) -> list[str]:
@@ -175,8 +178,11 @@ class Body:
         """
         if self.spoken or len(self.numeric) < _WORDED:
             return first
-        below = [fields_of(x, self.separator) for x in lines[first:] if self.is_row(x, whole=True)]
-        seen = {i: self._ranges([row[i] for row in below[:_LOOKED_AT]]) for i in self.numeric}
+        if first < 2 or not self.is_row(lines[first - 1]):  # most logs: the rest is long
+            return first
+        whole = (x for x in islice(lines, first, None) if self.is_row(x, whole=True))
+        below = [fields_of(x, self.separator) for x in islice(whole, _LOOKED_AT)]
+        seen = {i: self._ranges([row[i] for row in below]) for i in self.numeric}
         while first > 1 and self._as_below(lines[first - 1], seen):
             first -= 1
         return first
