@@ -31,7 +31,7 @@ def fields_of(line: str, separator: str) -> list[str]:
     if separator == BLANKS:
         return line.split()
     line = line.strip("\r\n")
-    if line and not any(sign in line for sign in '"\r\n'):  # most lines, in a fraction of the time
+    if line and '"' not in line and "\r" not in line and "\n" not in line:  # most: much faster
         return [f.strip() for f in line.split(separator)]
     return [f.strip() for f in next(csv.reader([line], delimiter=separator), [])]
 
@@ -120,9 +120,8 @@ class Body:
     _known: dict[tuple[str, bool], bool] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
-    def of(cls, lines: list[str], separator: str) -> Body:
-        """The rows under a separator, judged by the lines behind the first third."""
-        written = [line for line in lines if line.strip() and not is_rule(line)]
+    def of(cls, written: list[str], separator: str) -> Body:
+        """The rows under a separator, judged by the written lines behind the first third."""
         tail = written[len(written) // 3 :][:400] if len(written) > 6 else _below(written)
         tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
         split = [filled_fields(line, separator) for line in tail]
@@ -134,14 +133,18 @@ class Body:
             split, width = open_ended, longer  # cells at the end of rows may be empty
         rows = [row for row in split if len(row) == width]
         signs = number_signs([f for row in rows for f in row], separator)
-        worths = [[worth(field, *signs) for field in row] for row in rows]
+        numbers = [[is_number(field, *signs) for field in row] for row in rows]
+        worths = [
+            [1.0 if number else worth(field, *signs) for field, number in zip(*own, strict=True)]
+            for own in zip(rows, numbers, strict=True)
+        ]
         if separator == BLANKS:  # words with a blank between them are no more fields for it
             worths = [[one if one >= _A_VALUE else 0.0 for one in own] for own in worths]
         share = len(rows) / len(split)
         numeric = tuple(
             i for i in range(width)
-            if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
-            and any(is_number(row[i], *signs) for row in rows)
+            if sum(own[i] for own in numbers) + sum(not row[i] for row in rows) > 0.8 * len(rows)
+            and any(own[i] for own in numbers)
         )  # fmt: skip
         spoken = not numeric
         if spoken:
@@ -264,7 +267,8 @@ def best_body(lines: list[str], separators: Sequence[str]) -> Body:
 
     Bars that stand between whole fields separate them, though a blank within a date gives more.
     """
-    bodies = [Body.of(lines, separator) for separator in separators]
+    written = [line for line in lines if line.strip() and not is_rule(line)]
+    bodies = [Body.of(written, separator) for separator in separators]
     best = max(bodies, key=lambda body: body.score)
     barred = next((b for b in bodies if b.separator == "|" and b.width > 1 and b.numbers), None)
     between = best.separator == BLANKS and barred is not None and barred.whole

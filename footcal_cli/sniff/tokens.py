@@ -67,7 +67,10 @@ def is_moment(text: str) -> bool:
 
 def with_unit(text: str) -> tuple[str, str] | None:
     """Number and unit of a cell such as ``0.5 kg`` or ``8,388,123 cts``."""
-    found = _WITH_UNIT.fullmatch(text.strip())
+    text = text.strip()
+    if not text or not (text[-1].isalpha() or text[-1] in "%°"):  # most cells are numbers
+        return None
+    found = _WITH_UNIT.fullmatch(text)
     return (found[1], found[2]) if found else None
 
 
