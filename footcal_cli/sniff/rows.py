@@ -18,7 +18,7 @@ from footcal_cli.sniff.tokens import (
     with_unit,
     worth,
 )
-from footcal_cli.tables.drawn import is_rule, undrawn
+from footcal_cli.tables.drawn import TEX, is_rule, undrawn
 from footcal_cli.tables.reading import BLANKS
 
 _SPARSE = 0.1
@@ -32,7 +32,7 @@ def fields_of(line: str, separator: str) -> list[str]:
         return line.split()
     line = line.strip("\r\n")
     if line and '"' not in line and "\r" not in line and "\n" not in line:  # most: much faster
-        return [f.strip() for f in line.split(separator)]
+        return list(map(str.strip, line.split(separator)))
     return [f.strip() for f in next(csv.reader([line], delimiter=separator), [])]
 
 
@@ -262,13 +262,20 @@ class Body:
         return sum(good) >= max(1, (len(good) + 1) // 2)
 
 
+def _separates(separator: str, line: str) -> bool:
+    """Whether a line may have more than one field, or another one, under a separator."""
+    return separator == BLANKS or separator in line or (separator == TEX and "\\\\" in line)
+
+
 def best_body(lines: list[str], separators: Sequence[str]) -> Body:
     """The rows under the separator by which most fields are numbers.
 
     Bars that stand between whole fields separate them, though a blank within a date gives more.
     """
     written = [line for line in lines if line.strip() and not is_rule(line)]
-    bodies = [Body.of(written, separator) for separator in separators]
+    # what stands nowhere separates nothing: the first of these is like all others
+    nowhere = [s for s in separators if not any(_separates(s, line) for line in written)]
+    bodies = [Body.of(written, s) for s in separators if s not in nowhere[1:]]
     best = max(bodies, key=lambda body: body.score)
     barred = next((b for b in bodies if b.separator == "|" and b.width > 1 and b.numbers), None)
     between = best.separator == BLANKS and barred is not None and barred.whole
