@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy import linalg
+from scipy.linalg import lapack
 from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
@@ -253,13 +253,12 @@ def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray
         # with nothing but the blocks that the filter learns on, no feature shows at all
         return np.zeros_like(score)
     shown = visible.T.copy(order="K")  # columns one by one, as LAPACK has them
-    shown[np.diag_indices_from(shown)] += penalty
-    try:
-        factor = linalg.cho_factor(shown, overwrite_a=True, check_finite=False)
-    except linalg.LinAlgError:  # what is fitted leaves nothing but rounding of some features
+    np.einsum("ii->i", shown)[:] += penalty
+    factor, failed = lapack.dpotrf(shown, clean=False, overwrite_a=True)
+    if failed:  # what is fitted leaves nothing but rounding of some features
         values, vectors = np.linalg.eigh(visible)
         return np.asarray(vectors @ ((vectors.T @ score) / (np.maximum(values, 0.0) + penalty)))
-    return np.asarray(linalg.cho_solve(factor, score, check_finite=False))
+    return np.asarray(lapack.dpotrs(factor, score)[0])
 
 
 def _spell_test(

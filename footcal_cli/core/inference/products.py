@@ -137,7 +137,7 @@ class Dense(Products):
 
     def squared(self, columns: IntArray, weights: FloatArray) -> FloatArray:
         """As `Products.squared`."""
-        return np.einsum("bli,bli->bl", weights @ self.among(columns), weights)
+        return np.asarray(np.einsum("bli,bli->bl", weights @ self.among(columns), weights))
 
     def of_blocks(self, kept: BoolArray) -> Dense:
         """As `Products.of_blocks`."""
@@ -218,11 +218,7 @@ class Lazy(Products):
         if self.known is None:
             return np.zeros((1, 1))
         whole = np.zeros((some.size, others.size))
-        places = [
-            [(i, int(k)) for i, c in enumerate(which) for k in np.flatnonzero(self.at == c)]
-            for which in (some, others)
-        ]
-        (i, k), (j, m) = (np.array(p, dtype=np.int64).reshape(-1, 2).T for p in places)
+        (i, k), (j, m) = (np.nonzero(which[:, None] == self.at) for which in (some, others))
         whole[np.ix_(i, j)] = self.known[np.ix_(k, m)]
         return whole
 
