@@ -16,7 +16,7 @@ from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.several import parts_of
 
-STEP_S, HZ, MASS_KG = 0.6, 100.0, 40.0
+STEP_S, HZ, MASS_KG = 0.6, 50.0, 40.0
 SHARES = np.array([0.3, 0.2, 0.4, 0.1])
 
 
@@ -53,8 +53,8 @@ class Walk:
             self.air[:, i] += (s > 0) & (s < 1)
             start[i], heading[i] = goal, angle
         self.com = np.append(self.feet.mean(axis=1)[:, :2], np.full((self.t.size, 1), 0.8), axis=1)
-        window = np.hanning(31) / np.hanning(31).sum()
-        padded = np.pad(self.com, ((15, 15), (0, 0)), mode="edge")
+        window = np.hanning(17) / np.hanning(17).sum()
+        padded = np.pad(self.com, ((8, 8), (0, 0)), mode="edge")
         self.com = np.stack([np.convolve(c, window, mode="valid") for c in padded.T], axis=1)
         self.com[:, 2] += 0.01 * np.sin(7 * self.t)
         self.vel = np.gradient(self.com, self.t, axis=0)
