@@ -152,8 +152,10 @@ class Body:
                 i for i in range(width)
                 if sum(with_unit(row[i]) is not None for row in rows) > 0.8 * len(rows)
             )  # fmt: skip
+        both = list(zip(rows, numbers, strict=True))
         moments = sum(
-            sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
+            sum(not own[i] and is_moment(row[i]) for row, own in both) > 0.8 * len(rows)
+            for i in range(width)
         )
         score = share * sum(map(sum, worths)) / len(rows)
         halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]

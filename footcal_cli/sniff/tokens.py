@@ -96,14 +96,17 @@ def number_signs(texts: list[str], separator: str) -> tuple[Decimal, str]:
     separated by commas.
     """
     texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]
-    texts = [found[1] if (found := PLUS_MINUS.fullmatch(text)) else text for text in texts]
+    texts = [
+        found[1] if ("±" in text or "+" in text) and (found := PLUS_MINUS.fullmatch(text)) else text
+        for text in texts
+    ]
     grouped = [found for text in texts if (found := _GROUPED.fullmatch(text))]
     twice = {
         found[1] for found in grouped
         if found[2] or found[0].count(found[1]) > 1 or found[1] not in ".,"
     }  # fmt: skip
-    commas = [text for text in texts if _COMMA_ONLY.fullmatch(text)]
-    points = [text for text in texts if _POINT_ONLY.fullmatch(text)]
+    commas = [text for text in texts if "," in text and _COMMA_ONLY.fullmatch(text)]
+    points = [text for text in texts if "." in text and _POINT_ONLY.fullmatch(text)]
     whole = {sign: _all_grouped(alone) for sign, alone in ((",", commas), (".", points))}
     if len(twice) == 1:
         sign = twice.pop()
