@@ -297,8 +297,14 @@ def test_a_file_for_each_leg_and_soles_called_after_them(tmp_path: Path) -> None
     assert found["body"].plan.command == "online-replay"
 
 
-@pytest.mark.parametrize("unit", ["rad", "deg"])
-@pytest.mark.parametrize("word", ["r", "rot_", "ang_"])
+@pytest.mark.parametrize(
+    ("word", "unit"),
+    [
+        ("r", "rad"), ("rot_", "deg"), ("ang_", "rad"),
+        *(pytest.param(*both, marks=pytest.mark.slow)
+          for both in (("r", "deg"), ("rot_", "rad"), ("ang_", "deg"))),
+    ],
+)  # fmt: skip
 def test_angles_of_soles_by_their_axes(tmp_path: Path, word: str, unit: str) -> None:
     walk = Walk()
     cells = {f"{side}{k}": walk.counts(i, k) for i, side in enumerate("LR") for k in range(4)}
