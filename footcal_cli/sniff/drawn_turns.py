@@ -30,7 +30,8 @@ def nominal(rotation: FloatArray) -> FloatArray:
     """
     if np.linalg.norm(rotation_log(rotation.T @ (along := _along_axes(rotation)))) < AXES_NEAR:
         return along
-    turned = [_about_one(rotation, axis) for axis in np.eye(3)]
+    starts = np.stack(axis_rotations())
+    turned = [_about_one(rotation, axis, starts) for axis in np.eye(3)]
     tilt, angle, axis, start = min(turned, key=lambda one: one[0])
     if tilt < _ONE_AXIS_NEAR:
         degrees = np.degrees(angle)
@@ -51,20 +52,22 @@ def _along_axes(rotation: FloatArray) -> FloatArray:
 
 
 def _about_one(
-    rotation: FloatArray, axis: FloatArray
+    rotation: FloatArray, axis: FloatArray, starts: FloatArray
 ) -> tuple[float, float, FloatArray, FloatArray]:
     """What a turn about one axis of the body leaves, rad, its angle, axis, and what it starts at.
 
     Of ``R ≈ exp(θ [a]×) C``, `C` along axes, the `C` with the least rest, then the smallest `θ`.
+
+    Parameters
+    ----------
+    rotation, axis, starts
+        R (3, 3), a (3,), and every C (24, 3, 3).
     """
-    found = []
-    for start in axis_rotations():
-        turn = rotation @ start.T
-        along = turn @ axis
-        tilt = float(np.arccos(np.clip(along @ axis, -1.0, 1.0)))
-        aside = np.eye(3)[int(np.argmin(np.abs(axis)))]
-        seen = turn @ aside
-        seen = seen - (seen @ axis) * axis
-        angle = float(np.arctan2(np.cross(aside, seen) @ axis, aside @ seen))
-        found.append((round(tilt, 9), angle, axis, start))
-    return min(found, key=lambda one: (one[0], abs(one[1])))
+    turn = rotation @ starts.swapaxes(1, 2)
+    along = turn @ axis
+    tilt = np.round(np.arccos(np.clip(along @ axis, -1.0, 1.0)), 9)
+    aside = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    seen = turn @ aside
+    angle = np.arctan2(seen @ np.cross(axis, aside), seen @ aside)
+    best = np.lexsort((np.abs(angle), tilt))[0]
+    return float(tilt[best]), float(angle[best]), axis, starts[best]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import DataError
 from footcal_cli.sniff.rows import Body, fields_of
 from footcal_cli.sniff.silent import SUMMARY
@@ -148,16 +149,23 @@ def _is_sum(table: list[list[str]], body: Body) -> bool:
     if len(body.numeric) < 2 or body.spoken:
         return False
     try:
-        numbers = np.array([
-            [float(row[i].replace(body.thousands or "\0", "").replace(body.decimal, "."))
-             for i in body.numeric] for row in table
-        ])  # fmt: skip
+        first, last = _numbers(table[:: len(table) - 1], body)
+        if np.any(np.abs(last) < np.abs(first)):  # most logs: their rows are many
+            return False
+        above = _numbers(table[:-1], body)
     except ValueError:
         return False
-    above, last = numbers[:-1], numbers[-1]
     total = above.sum(axis=0)
     far = np.abs(total) > _FAR * np.abs(above).max(axis=0)
     return bool(np.all(far) and np.allclose(total, last, rtol=_ROUNDED))
+
+
+def _numbers(table: list[list[str]], body: Body) -> FloatArray:
+    """Columns of numbers of some rows; raises ValueError where one holds none."""
+    return np.array([
+        [float(row[i].replace(body.thousands or "\0", "").replace(body.decimal, "."))
+         for i in body.numeric] for row in table
+    ])  # fmt: skip
 
 
 def refuse_said_below(

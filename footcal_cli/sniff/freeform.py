@@ -21,6 +21,8 @@ _PIECE = re.compile(
 )
 _NUMBERED_WORDS = re.compile(rf"{_PIECE.pattern}|(?<![\w.])(?P<word>[A-Za-z]+\d+)(?!\w)")
 """Of a sensor that is named with a number, as ``LC3``."""
+_NUMBERED = re.compile(r"[A-Za-z]\d")
+_SIGNS = {"number": "\x01", "stamp": "\x02"}
 _LEAST = 0.4
 _FEW = 2
 """Numbers in a row that may stand without words when loads were typed between the rows."""
@@ -61,8 +63,12 @@ def free_form(lines: list[str], encoding: str) -> Layout | None:
     Two shapes of line may alternate: readings, and the loads that hold from there on.
     """
     written = [line.strip() for line in lines if line.strip()]
-    shapes = Counter(_shape(line) for line in written)
-    counted = Counter(_shape(line, _NUMBERED_WORDS) for line in written)
+    shaped = [_shape(line) for line in written]
+    shapes = Counter(shaped)
+    counted = Counter(
+        _shape(line, _NUMBERED_WORDS) if _NUMBERED.search(line) else shape
+        for line, shape in zip(written, shaped, strict=True)
+    )
     if max(counted.values(), default=0) > max(shapes.values(), default=0):
         shapes = counted  # lines of several sensors, each with its name
     ranked = [shape for shape, _ in shapes.most_common(12) if "\x01" in shape]
@@ -230,8 +236,7 @@ def carried_between(remarks: list[str]) -> str:
 
 def _shape(line: str, pieces: re.Pattern[str] = _PIECE) -> str:
     """A line with its numbers, stamps and words behind ``=`` as one control character each."""
-    return pieces.sub(lambda found: {"number": "\x01", "stamp": "\x02"}.get(
-        found.lastgroup or "", "\x03"), line)  # fmt: skip
+    return pieces.sub(lambda found: _SIGNS.get(found.lastgroup or "", "\x03"), line)
 
 
 def _load_of(shape: str) -> int | None:

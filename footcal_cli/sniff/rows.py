@@ -6,7 +6,7 @@ import csv
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import islice, pairwise
 
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.tokens import (
@@ -18,7 +18,7 @@ from footcal_cli.sniff.tokens import (
     with_unit,
     worth,
 )
-from footcal_cli.tables.drawn import is_rule, undrawn
+from footcal_cli.tables.drawn import TEX, is_rule, undrawn
 from footcal_cli.tables.reading import BLANKS
 
 _SPARSE = 0.1
@@ -30,7 +30,10 @@ def fields_of(line: str, separator: str) -> list[str]:
     line = undrawn(line, separator)
     if separator == BLANKS:
         return line.split()
-    return [f.strip() for f in next(csv.reader([line.strip("\r\n")], delimiter=separator), [])]
+    line = line.strip("\r\n")
+    if line and '"' not in line and "\r" not in line and "\n" not in line:  # most: much faster
+        return list(map(str.strip, line.split(separator)))
+    return [f.strip() for f in next(csv.reader([line], delimiter=separator), [])]
 
 
 def filled_fields(line: str, separator: str) -> list[str]:
@@ -117,9 +120,8 @@ class Body:
     _known: dict[tuple[str, bool], bool] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
-    def of(cls, lines: list[str], separator: str) -> Body:
-        """The rows under a separator, judged by the lines behind the first third."""
-        written = [line for line in lines if line.strip() and not is_rule(line)]
+    def of(cls, written: list[str], separator: str) -> Body:
+        """The rows under a separator, judged by the written lines behind the first third."""
         tail = written[len(written) // 3 :][:400] if len(written) > 6 else _below(written)
         tail = [line for line in tail if not line.lstrip().startswith(("#", "%", "//"))] or tail
         split = [filled_fields(line, separator) for line in tail]
@@ -131,14 +133,18 @@ class Body:
             split, width = open_ended, longer  # cells at the end of rows may be empty
         rows = [row for row in split if len(row) == width]
         signs = number_signs([f for row in rows for f in row], separator)
-        worths = [[worth(field, *signs) for field in row] for row in rows]
+        numbers = [[is_number(field, *signs) for field in row] for row in rows]
+        worths = [
+            [1.0 if number else worth(field, *signs) for field, number in zip(*own, strict=True)]
+            for own in zip(rows, numbers, strict=True)
+        ]
         if separator == BLANKS:  # words with a blank between them are no more fields for it
             worths = [[one if one >= _A_VALUE else 0.0 for one in own] for own in worths]
         share = len(rows) / len(split)
         numeric = tuple(
             i for i in range(width)
-            if sum(is_number(row[i], *signs) or row[i] == "" for row in rows) > 0.8 * len(rows)
-            and any(is_number(row[i], *signs) for row in rows)
+            if sum(own[i] for own in numbers) + sum(not row[i] for row in rows) > 0.8 * len(rows)
+            and any(own[i] for own in numbers)
         )  # fmt: skip
         spoken = not numeric
         if spoken:
@@ -146,8 +152,10 @@ class Body:
                 i for i in range(width)
                 if sum(with_unit(row[i]) is not None for row in rows) > 0.8 * len(rows)
             )  # fmt: skip
+        both = list(zip(rows, numbers, strict=True))
         moments = sum(
-            sum(is_moment(row[i]) for row in rows) > 0.8 * len(rows) for i in range(width)
+            sum(not own[i] and is_moment(row[i]) for row, own in both) > 0.8 * len(rows)
+            for i in range(width)
         )
         score = share * sum(map(sum, worths)) / len(rows)
         halves = [sum(not row[i] for i in numeric) * 2 > len(numeric) for row in rows]
@@ -175,8 +183,11 @@ class Body:
         """
         if self.spoken or len(self.numeric) < _WORDED:
             return first
-        below = [fields_of(x, self.separator) for x in lines[first:] if self.is_row(x, whole=True)]
-        seen = {i: self._ranges([row[i] for row in below[:_LOOKED_AT]]) for i in self.numeric}
+        if first < 2 or not self.is_row(lines[first - 1]):  # most logs: the rest is long
+            return first
+        whole = (x for x in islice(lines, first, None) if self.is_row(x, whole=True))
+        below = [fields_of(x, self.separator) for x in islice(whole, _LOOKED_AT)]
+        seen = {i: self._ranges([row[i] for row in below]) for i in self.numeric}
         while first > 1 and self._as_below(lines[first - 1], seen):
             first -= 1
         return first
@@ -253,12 +264,20 @@ class Body:
         return sum(good) >= max(1, (len(good) + 1) // 2)
 
 
+def _separates(separator: str, line: str) -> bool:
+    """Whether a line may have more than one field, or another one, under a separator."""
+    return separator == BLANKS or separator in line or (separator == TEX and "\\\\" in line)
+
+
 def best_body(lines: list[str], separators: Sequence[str]) -> Body:
     """The rows under the separator by which most fields are numbers.
 
     Bars that stand between whole fields separate them, though a blank within a date gives more.
     """
-    bodies = [Body.of(lines, separator) for separator in separators]
+    written = [line for line in lines if line.strip() and not is_rule(line)]
+    # what stands nowhere separates nothing: the first of these is like all others
+    nowhere = [s for s in separators if not any(_separates(s, line) for line in written)]
+    bodies = [Body.of(written, s) for s in separators if s not in nowhere[1:]]
     best = max(bodies, key=lambda body: body.score)
     barred = next((b for b in bodies if b.separator == "|" and b.width > 1 and b.numbers), None)
     between = best.separator == BLANKS and barred is not None and barred.whole

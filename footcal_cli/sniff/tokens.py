@@ -67,7 +67,10 @@ def is_moment(text: str) -> bool:
 
 def with_unit(text: str) -> tuple[str, str] | None:
     """Number and unit of a cell such as ``0.5 kg`` or ``8,388,123 cts``."""
-    found = _WITH_UNIT.fullmatch(text.strip())
+    text = text.strip()
+    if not text or not (text[-1].isalpha() or text[-1] in "%°"):  # most cells are numbers
+        return None
+    found = _WITH_UNIT.fullmatch(text)
     return (found[1], found[2]) if found else None
 
 
@@ -93,14 +96,17 @@ def number_signs(texts: list[str], separator: str) -> tuple[Decimal, str]:
     separated by commas.
     """
     texts = [pair[0] if (pair := with_unit(text)) else text for text in texts]
-    texts = [found[1] if (found := PLUS_MINUS.fullmatch(text)) else text for text in texts]
+    texts = [
+        found[1] if ("±" in text or "+" in text) and (found := PLUS_MINUS.fullmatch(text)) else text
+        for text in texts
+    ]
     grouped = [found for text in texts if (found := _GROUPED.fullmatch(text))]
     twice = {
         found[1] for found in grouped
         if found[2] or found[0].count(found[1]) > 1 or found[1] not in ".,"
     }  # fmt: skip
-    commas = [text for text in texts if _COMMA_ONLY.fullmatch(text)]
-    points = [text for text in texts if _POINT_ONLY.fullmatch(text)]
+    commas = [text for text in texts if "," in text and _COMMA_ONLY.fullmatch(text)]
+    points = [text for text in texts if "." in text and _POINT_ONLY.fullmatch(text)]
     whole = {sign: _all_grouped(alone) for sign, alone in ((",", commas), (".", points))}
     if len(twice) == 1:
         sign = twice.pop()

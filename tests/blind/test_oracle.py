@@ -44,7 +44,7 @@ def _law(world: World) -> Whitening:
 
 
 @pytest.mark.parametrize("experiment", sorted(WORLDS))
-@pytest.mark.parametrize("seed", [1, 5])
+@pytest.mark.parametrize("seed", [1, pytest.param(5, marks=pytest.mark.slow)])
 def test_noise_of_every_generator_becomes_white(experiment: str, seed: int) -> None:
     maker = WORLDS[experiment]
     world = replace(maker.draw(np.random.default_rng(seed), {}), quantum_n=0.0)
@@ -124,7 +124,7 @@ def _redrawn(world: World, rng: np.random.Generator) -> Array:
     return np.asarray(WORLDS["weights"].error(world.with_shown(shown)))
 
 
-@pytest.mark.parametrize("seed", [2, 7])
+@pytest.mark.parametrize("seed", [2, pytest.param(7, marks=pytest.mark.slow)])
 def test_hit_rate_of_the_likelihood_ratio_is_the_predicted_one(seed: int) -> None:
     """The nearest rival is true in half of the trials, the hidden effect in the others."""
     cell = Cell("single", "weights", ("temperature_bias/table",), 0.3)

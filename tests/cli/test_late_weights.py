@@ -35,7 +35,9 @@ def streams(folder: Path, late_s: tuple[float, float], word: str) -> list[Path]:
     return paths
 
 
-@pytest.mark.parametrize("word", ["hucre", "anturi", "cell"])
+@pytest.mark.parametrize(
+    "word", ["hucre", *(pytest.param(w, marks=pytest.mark.slow) for w in ("anturi", "cell"))]
+)
 def test_weights_that_come_late_are_read_where_they_lie(
     run: Run, word: str, tmp_path: Path
 ) -> None:

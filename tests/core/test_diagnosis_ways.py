@@ -116,7 +116,9 @@ def test_each_cell_elsewhere_is_no_pair_of_patterns() -> None:
     assert len(as_one_mixture(subject, replace(path, pair=True), 0).causes) == 1
 
 
-@pytest.mark.parametrize("seed", [8, 9, 10, 11])
+@pytest.mark.parametrize(
+    "seed", [8, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (9, 10, 11))]
+)
 def test_a_contender_stands_where_all_its_sizes_explain_most(seed: int) -> None:
     """Where a cell is elsewhere along both axes, though one axis may do more next to it."""
     moved = CELLS[seed % 4]

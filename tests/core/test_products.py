@@ -65,6 +65,11 @@ def test_products_are_those_of_the_rows_in_their_noise(which: int) -> None:
         products.summed(others), true[:, others[:, None], others].sum(axis=0)
     )
     np.testing.assert_allclose(products.with_residual(some), true[:, some, -1])
+    weights = np.random.default_rng(6).standard_normal((BLOCKS, 3, 4))
+    own = weights @ true[:, others[:, None], others] @ weights.swapaxes(1, 2)
+    np.testing.assert_allclose(
+        products.squared(others, weights), np.einsum("bll->bl", own), rtol=1e-9
+    )
 
 
 @pytest.mark.parametrize("which", [0, 1])

@@ -36,7 +36,9 @@ def test_the_loaded_cell_is_found_whatever_its_column_is_called(
     assert list(plan.wide) == ["7", "8", "9"]
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 90.0, 180.0, -120.0])
+@pytest.mark.parametrize(
+    "turn_deg", [0.0, -120.0, *(pytest.param(a, marks=pytest.mark.slow) for a in (90.0, 180.0))]
+)
 def test_the_heading_of_feet_is_found_by_where_they_stand(tmp_path: Path, turn_deg: float) -> None:
     stand = _stances(np.random.default_rng(1))
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))

@@ -14,7 +14,7 @@ from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.recipe_text import recipe_text
 from footcal_cli.sniff.several import parts_of
-from tests.sniff.test_walks import Walk, _bench, _columns, _parts, _written, _xyz
+from tests.sniff.test_walks import HZ, Walk, _bench, _columns, _parts, _written, _xyz
 
 STANCES, ROWS = 4, 60
 
@@ -81,7 +81,7 @@ def test_frames_are_counted_at_the_rate_by_which_they_last_as_long_as_the_body(
     clock = found["cells"].plan.entries["time_s"]
     assert clock.column is not None
     assert clock.column.column == "frame"
-    assert clock.factor == pytest.approx(0.01 * every)
+    assert clock.factor == pytest.approx(every / HZ)
     assert found["cells"].plan.entries["left_fl_counts"].unit == "kg"
     assert found["body"].plan.entries["left_foot_yaw_rad"].unit == "deg"
     assert set(found["weights"].plan.channels) == set(found["cells"].plan.channels)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.rows import fields_of
 
 RNG = np.random.default_rng(5)
 
@@ -48,3 +50,11 @@ def test_a_first_row_with_a_word(lines: list[str], rows: int, tmp_path: Path) ->
     file = guess_file(path)
     assert file.rows == rows
     assert file.text.layout.skip_below == (rows == 13)
+
+
+@pytest.mark.parametrize(
+    "line", ["1, 2.5 ,,x", '"a, b",2', "", " ", ",", "7", '3,"4 ""in"" 5"', "1;2"]
+)
+def test_fields_are_those_of_the_csv_module(line: str) -> None:
+    read = next(csv.reader([line]), [])
+    assert fields_of(line + "\n", ",") == [field.strip() for field in read]

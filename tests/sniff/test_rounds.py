@@ -60,10 +60,16 @@ def test_placements_of_several_rounds_with_an_empty_plate_between(
     assert made["placements"].plan.entries["hole_x_m"].names["F1"] == "80"
 
 
-@pytest.mark.parametrize("turn", ["varv", "omgång", "xyz"])
 @pytest.mark.parametrize(
-    ("put", "read"), [("lastetikett_kg", "visning_kg"), ("etik_kg", "utslag_kg")]
-)
+    ("turn", "put", "read"),
+    [
+        ("varv", "lastetikett_kg", "visning_kg"), ("omgång", "etik_kg", "utslag_kg"),
+        ("xyz", "etik_kg", "utslag_kg"),
+        pytest.param("varv", "etik_kg", "utslag_kg", marks=pytest.mark.slow),
+        pytest.param("omgång", "lastetikett_kg", "visning_kg", marks=pytest.mark.slow),
+        pytest.param("xyz", "lastetikett_kg", "visning_kg", marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
 def test_a_stream_of_three_cells_in_turn_that_read_kilograms(
     tmp_path: Path, turn: str, put: str, read: str
 ) -> None:

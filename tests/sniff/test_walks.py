@@ -16,7 +16,7 @@ from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.several import parts_of
 
-STEP_S, HZ, MASS_KG = 0.6, 100.0, 40.0
+STEP_S, HZ, MASS_KG = 0.6, 50.0, 40.0
 SHARES = np.array([0.3, 0.2, 0.4, 0.1])
 
 
@@ -53,8 +53,8 @@ class Walk:
             self.air[:, i] += (s > 0) & (s < 1)
             start[i], heading[i] = goal, angle
         self.com = np.append(self.feet.mean(axis=1)[:, :2], np.full((self.t.size, 1), 0.8), axis=1)
-        window = np.hanning(31) / np.hanning(31).sum()
-        padded = np.pad(self.com, ((15, 15), (0, 0)), mode="edge")
+        window = np.hanning(17) / np.hanning(17).sum()
+        padded = np.pad(self.com, ((8, 8), (0, 0)), mode="edge")
         self.com = np.stack([np.convolve(c, window, mode="valid") for c in padded.T], axis=1)
         self.com[:, 2] += 0.01 * np.sin(7 * self.t)
         self.vel = np.gradient(self.com, self.t, axis=0)
@@ -297,8 +297,14 @@ def test_a_file_for_each_leg_and_soles_called_after_them(tmp_path: Path) -> None
     assert found["body"].plan.command == "online-replay"
 
 
-@pytest.mark.parametrize("unit", ["rad", "deg"])
-@pytest.mark.parametrize("word", ["r", "rot_", "ang_"])
+@pytest.mark.parametrize(
+    ("word", "unit"),
+    [
+        ("r", "rad"), ("rot_", "deg"), ("ang_", "rad"),
+        *(pytest.param(*both, marks=pytest.mark.slow)
+          for both in (("r", "deg"), ("rot_", "rad"), ("ang_", "deg"))),
+    ],
+)  # fmt: skip
 def test_angles_of_soles_by_their_axes(tmp_path: Path, word: str, unit: str) -> None:
     walk = Walk()
     cells = {f"{side}{k}": walk.counts(i, k) for i, side in enumerate("LR") for k in range(4)}

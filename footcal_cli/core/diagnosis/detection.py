@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy import linalg
+from scipy.linalg import lapack
 from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.diagnosis.curves import Curve, strongest_curve
@@ -221,16 +221,15 @@ def _ridge_losses(
     grams: Grams, base: IntArray, features: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Held-out squared errors under every penalty, in both metrics, shape (penalties, B)."""
-    inner = grams.inner.among(np.concatenate([base, features, [grams.inner.last]]))
-    counted = grams.plain.among(np.concatenate([base, features, [grams.plain.last]]))
+    used = np.concatenate([base, features, [grams.inner.last]])
+    inner = grams.inner.among(used)
     total = inner.sum(axis=0)
-    white, plain = (np.empty((RIDGE.size, grams.blocks)) for _ in range(2))
+    white = np.empty((RIDGE.size, grams.blocks))
+    weights = np.ones((grams.blocks, RIDGE.size, used.size))
     for b, gram in enumerate(inner):
-        fitted = _ridge_path(total - gram, base.size)
-        weights = np.hstack([-fitted, np.ones((RIDGE.size, 1))])
-        white[:, b] = np.einsum("li,li->l", weights @ gram, weights)
-        plain[:, b] = np.einsum("li,li->l", weights @ counted[b], weights)
-    return white, plain
+        weights[b, :, :-1] = -_ridge_path(total - gram, base.size)
+        white[:, b] = np.einsum("li,li->l", weights[b] @ gram, weights[b])
+    return white, grams.plain.squared(used, weights).T
 
 
 def _ridge_path(gram: FloatArray, base: int) -> FloatArray:
@@ -253,14 +252,13 @@ def _ridge(visible: FloatArray, score: FloatArray, penalty: float) -> FloatArray
     if penalty <= 0.0:
         # with nothing but the blocks that the filter learns on, no feature shows at all
         return np.zeros_like(score)
-    shown = visible.copy()
-    shown[np.diag_indices_from(shown)] += penalty
-    try:
-        factor = linalg.cho_factor(shown, overwrite_a=True, check_finite=False)
-    except linalg.LinAlgError:  # what is fitted leaves nothing but rounding of some features
+    shown = visible.T.copy(order="K")  # columns one by one, as LAPACK has them
+    np.einsum("ii->i", shown)[:] += penalty
+    factor, failed = lapack.dpotrf(shown, clean=False, overwrite_a=True)
+    if failed:  # what is fitted leaves nothing but rounding of some features
         values, vectors = np.linalg.eigh(visible)
         return np.asarray(vectors @ ((vectors.T @ score) / (np.maximum(values, 0.0) + penalty)))
-    return np.asarray(linalg.cho_solve(factor, score, check_finite=False))
+    return np.asarray(lapack.dpotrs(factor, score)[0])
 
 
 def _spell_test(

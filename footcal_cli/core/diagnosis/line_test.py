@@ -70,7 +70,11 @@ def _of_outputs(problem: Problem) -> Traces:
 
 
 def _rid_of(values: FloatArray, basis: FloatArray) -> FloatArray:
-    """Values less their regression on a basis, where rows are enough for one."""
-    if basis.shape[0] <= 2 * np.count_nonzero(basis.any(axis=0)):
+    """Values less their regression on a basis, where rows are enough for one.
+
+    Most columns are of other outputs or other cells, and zero here: they cost nothing.
+    """
+    basis = basis[:, basis.any(axis=0)]
+    if basis.shape[0] <= 2 * basis.shape[1]:
         return values
     return np.asarray(values - basis @ least_squares(basis, values, 1e-8))

@@ -97,16 +97,20 @@ def _alike(
     problem: Problem, residual: FloatArray, when: IntArray, reaches: Sequence[int]
 ) -> FloatArray:
     """Sums of products with the placements before, over that of squares, (patterns, reaches)."""
-    error = np.zeros((len(residual), int(when.max()) + 1, len(problem.outputs)))
+    sums, whole = np.zeros((len(reaches), len(residual))), np.full(len(residual), _TINY)
     for o in range(len(problem.outputs)):
         rows = problem.output == o
         spread = np.sqrt(np.mean(residual[:, rows] ** 2, axis=1, keepdims=True))
-        error[:, when[rows], o] = residual[:, rows] / (spread + _TINY)
-    so_far = np.concatenate([np.zeros_like(error[:, :1]), np.cumsum(error, axis=1)], axis=1)
-    sums = []
-    for reach in reaches:
-        start = np.maximum(np.arange(error.shape[1]) - reach, 0)
-        before = so_far[:, :-1] - so_far[:, start]
-        sums.append(np.einsum("pto,pto->p", error, before))
-    whole = np.einsum("pto,pto->p", error, error)[:, None] + _TINY
-    return np.asarray(np.stack(sums, axis=1) / whole)
+        error = np.zeros((len(residual), int(when.max()) + 1))
+        error[:, when[rows]] = residual[:, rows] / (spread + _TINY)
+        so_far = np.cumsum(error, axis=1)
+        sums += _products(error[:, 1:], so_far)  # less those with what is too long ago
+        for i, reach in enumerate(reaches):
+            sums[i] -= _products(error[:, reach + 1 :], so_far)
+        whole += _products(error, error)
+    return np.asarray((sums / whole).T)
+
+
+def _products(error: FloatArray, so_far: FloatArray) -> FloatArray:
+    """Sum over the rows of two arrays of patterns, the longer cut at its end, shape (patterns,)."""
+    return np.asarray(np.einsum("pt,pt->p", error, so_far[:, : error.shape[1]]))

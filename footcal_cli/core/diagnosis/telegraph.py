@@ -158,13 +158,15 @@ def _switched(series: Sequence[FloatArray]) -> FloatArray:
     state = models.start * _normal(rows[:, 0, None, None] - models.level, first[:, None])
     total = np.zeros(state.shape[:2])
     state /= state.sum(axis=2, keepdims=True) + _TINY
+    # all changes at once, sorted by the level they lead to: shape (g, changes)
+    after, before = np.nonzero(models.change[..., 0].T > 0.0)
+    leads_to = np.flatnonzero(np.diff(after, prepend=-1))
+    mean = models.level[:, after] - models.colour[:, None] * models.level[:, before]
+    share = models.change[before, after].T
     for t in range(1, longest):
         step = rows[:, t, None] - models.colour * rows[:, t - 1, None]
-        moved = np.zeros(state.shape)
-        for before, after in np.argwhere(models.change[..., 0] > 0.0).tolist():
-            mean = models.level[:, after] - models.colour * models.level[:, before]
-            chance = models.change[before, after] * _normal(step - mean, models.noise)
-            moved[:, :, after] += state[:, :, before] * chance
+        chance = share * _normal(step[:, :, None] - mean, models.noise[:, None])
+        moved = np.add.reduceat(state[:, :, before] * chance, leads_to, axis=2)
         sum_ = moved.sum(axis=2) + _TINY
         known = there[:, t, None]
         if t >= _ORDER:

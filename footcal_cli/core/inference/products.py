@@ -60,6 +60,16 @@ class Products(ABC):
         """The same summed over the blocks, shape (columns, columns)."""
 
     @abstractmethod
+    def squared(self, columns: IntArray, weights: FloatArray) -> FloatArray:
+        """Products of sums of columns, each there once, with themselves, shape (B, l).
+
+        Parameters
+        ----------
+        weights
+            Of each column in the sums of each block, shape (B, l, columns).
+        """
+
+    @abstractmethod
     def of_blocks(self, kept: BoolArray) -> Products:
         """Of some of the blocks, shape (B,)."""
 
@@ -124,6 +134,10 @@ class Dense(Products):
     def summed(self, columns: IntArray) -> FloatArray:
         """As `Products.summed`."""
         return np.asarray(self.among(columns).sum(axis=0))
+
+    def squared(self, columns: IntArray, weights: FloatArray) -> FloatArray:
+        """As `Products.squared`."""
+        return np.asarray(np.einsum("bli,bli->bl", weights @ self.among(columns), weights))
 
     def of_blocks(self, kept: BoolArray) -> Dense:
         """As `Products.of_blocks`."""
@@ -204,11 +218,7 @@ class Lazy(Products):
         if self.known is None:
             return np.zeros((1, 1))
         whole = np.zeros((some.size, others.size))
-        places = [
-            [(i, int(k)) for i, c in enumerate(which) for k in np.flatnonzero(self.at == c)]
-            for which in (some, others)
-        ]
-        (i, k), (j, m) = (np.array(p, dtype=np.int64).reshape(-1, 2).T for p in places)
+        (i, k), (j, m) = (np.nonzero(which[:, None] == self.at) for which in (some, others))
         whole[np.ix_(i, j)] = self.known[np.ix_(k, m)]
         return whole
 
@@ -226,12 +236,27 @@ class Lazy(Products):
         """As `Products.among`."""
         out = np.empty((self.blocks, columns.size, columns.size))
         for b, x in enumerate(self.rows):
-            mine = np.ascontiguousarray(x[:, columns])
+            mine = x.take(columns, axis=1)
             np.matmul(mine.T, mine, out=out[b])
             if self.taken is not None:
-                w = self.taken[b][:, columns]
+                w = self.taken[b].take(columns, axis=1)
                 out[b] -= w.T @ w
-        return np.asarray(out + self._of_known(columns, columns))
+        out += self._of_known(columns, columns)
+        return out
+
+    def squared(self, columns: IntArray, weights: FloatArray) -> FloatArray:
+        """As `Products.squared`, by the sums themselves: no products of columns are made."""
+        known = self._of_known(columns, columns)
+        whole = np.zeros((weights.shape[1], self.size))
+        out = np.empty(weights.shape[:2])
+        for b, (x, own) in enumerate(zip(self.rows, weights, strict=True)):
+            whole[:, columns] = own
+            out[b] = np.sum((whole @ x.T) ** 2, axis=1)
+            if self.taken is not None:
+                out[b] -= np.sum((whole @ self.taken[b].T) ** 2, axis=1)
+            if self.known is not None:
+                out[b] += np.einsum("li,li->l", own @ known, own)
+        return out
 
     def summed(self, columns: IntArray) -> FloatArray:
         """As `Products.summed`; of most blocks, all less the others: folds ask for all again."""

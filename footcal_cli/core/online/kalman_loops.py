@@ -250,7 +250,8 @@ def filter_walk(
     s, p = mean.size, given.h.shape[2]
     room = _room(k, s)
     before, after = np.empty((p, p)), np.empty((p, p))
-    likelihood, jumps = 0.0, 0
+    likelihood = 0.0
+    jumps: Any = np.int64(0)  # a literal would compile `_jump` for itself
     history = found.past_mean.shape[0] > 0
     for j in range(u):
         _predict(mean, cov, decays[j], drives[j])
