@@ -86,8 +86,8 @@ QUICK = {
     "walk, drifting": (0,),
     "stand": (0,),
 }
-"""Trials by number: the cheap ones of every test run, of walks the clean one that drifts; that with
-an effect is slow. What stands and legs hide is looked for by
+"""Trials by number: the cheap ones of every test run, of walks one effect; the clean one that
+drifts is slow. What stands and legs hide is looked for by
 `tests.core.test_diagnosis_stances`, `tests.core.test_diagnosis_legs` and `tests.cli`, hangings and
 poses without an effect by `tests.cli.test_shipped_pipeline`."""
 
@@ -121,7 +121,8 @@ def _contradictions(record: dict[str, Any]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "group", [pytest.param(g, marks=[pytest.mark.slow] if g == "walk" else []) for g in QUICK]
+    "group",
+    [pytest.param(g, marks=[pytest.mark.slow] if g == "walk, drifting" else []) for g in QUICK],
 )
 def test_a_clear_effect_is_named_and_a_clean_log_is_not(group: str, tmp_path: Path) -> None:
     for number, score in zip(QUICK[group], _scores(group, QUICK[group], tmp_path), strict=True):

@@ -37,7 +37,7 @@ def test_a_loop_goes_on_into_a_ladder_that_follows_at_the_same_pace(
 def test_a_search_over_two_grids_makes_each_column_once_and_the_same() -> None:
     load = np.repeat([0.0, 8.0, 16.0, 8.0, 0.0], 6)
     record = BenchRecord("a", load, load.copy(), 5.0 * np.arange(30.0), np.zeros(30, np.int64))
-    plain, made = (effect_term(CREEP), effect_term(BIAS_DRIFT)), []
+    plain, made = (effect_term(CREEP), effect_term(BIAS_DRIFT, ((0.01, 0.03, 0.1),))), []
 
     def counted(number: int, loads: FloatArray, at: BenchRecord, shapes: FloatArray) -> FloatArray:
         made.append((number, *shapes))
