@@ -17,7 +17,7 @@ from footcal_cli.sniff.cells_by_files import files_of_cells, weights_per_channel
 from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_loads import Names, escaped, loads_named
+from footcal_cli.sniff.file_loads import Names, escaped, loads_named, whole_name
 from footcal_cli.sniff.groups import readings, slug, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
@@ -150,7 +150,7 @@ def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:
         np.nanmean(forces_of(next(iter(wrenches(numbered(file)).values()))), axis=0)
         for file in group
     ])  # fmt: skip
-    expression = "^(.+/.+)$" if names.of_folders else "^(.+)$"
+    expression = whole_name(words)
     entry = Entry(file_name=expression, sure="likely", why="the files' names")
     found = named_orientation(words, entry, means)
     different = set() if found is None else set(found.entries["orientation"].names.values())
@@ -182,7 +182,7 @@ def _legs_per_orientation(group: list[FileGuess], names: Names) -> Part | None:
     hung = None if whole is None else whole.entries.get("orientation")
     if whole is None or hung is None or len({*hung.names.values()}) < _LEAST_ORIENTATIONS:
         return None
-    expression = "^(.+/.+)$" if names.of_folders else "^(.+)$"
+    expression = whole_name(words)
     clock = {name: plan.entries[name] for name in ("time_s",) if name in plan.entries}
     orientation = Entry(file_name=expression, sure="likely", why=why, names=hung.names)
     entries = {**whole.entries, **clock, "orientation": orientation}
@@ -306,9 +306,9 @@ def _per_plate(group: list[FileGuess], names: Names) -> Part | None:
         return None
     if not share_a_weight(np.array(vertical).T):
         return None
-    columns = []
+    columns, feet = [], dict(zip(names.middle, names.feet, strict=False))
     for i, (file, word) in enumerate(zip(group, words, strict=True)):
-        side = name_guess(word).side or f"plate_{word.strip('_- ')}"
+        side = feet.get(word) or name_guess(word).side or f"plate_{word.strip('_- ')}"
         stem = file.path.name.rsplit(".", 1)[0]
         for c in numbered(file).of("force", "cop"):
             column = c.column if i == 0 else f"{stem}.{c.column}"
