@@ -39,11 +39,10 @@ _SERIAL = 3
 
 def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
-    files = [at_said_rate(file) for file in files]
-    bodies = [body_of(file) for file in files]
+    files, bodies = _with_bodies(files)
     if not any(bodies):
-        files = joined_body(files)
-        bodies = [body_of(file) if file.joined else None for file in files]
+        counted, seen = _with_bodies([at_said_rate(file) for file in files])
+        files, bodies = (counted, seen) if any(seen) else (files, bodies)
     files = [
         standing(file) if body is None else body.file
         for file, body in zip(files, bodies, strict=True)
@@ -67,6 +66,15 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         replace(file, columns=tuple(made.get((i, c.column), c) for c in file.columns))
         for i, file in enumerate(files)
     ]
+
+
+def _with_bodies(files: Sequence[FileGuess]) -> tuple[Sequence[FileGuess], list[BodyLog | None]]:
+    """Logs and the body's stream in each; several that are one stream together are one of them."""
+    bodies = [body_of(file) for file in files]
+    if not any(bodies):
+        files = joined_body(files)
+        bodies = [body_of(file) if file.joined else None for file in files]
+    return files, bodies
 
 
 def _by_names(cells: Sequence[ColumnGuess]) -> list[str]:

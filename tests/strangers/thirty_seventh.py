@@ -234,7 +234,8 @@ def italian_counts_and_holes(to: Path, rng: Rng) -> Made:
     ])  # fmt: skip
     paths = [write(to / "taratura_celle.txt", bench), write(to / "fori.txt", sheet),
              write(to / "appoggi.txt", lines), notes]  # fmt: skip
-    return Made(paths, cop_within_m=1.5e-3)
+    values = {f"{n.lower()}_conteggi.scale": c.scale for n, c in cells.items()}
+    return Made(paths, Truth(values, dict.fromkeys(values, 1e-5)))
 
 
 def japanese_plates(to: Path, rng: Rng) -> Made:
