@@ -150,7 +150,7 @@ UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
     "nothing says the unit of the load",
 )
-_RATE = Blank(
+NO_RATE = Blank(
     ("# rate_hz = 100.0    # rows per second",),
     "the log has no time stamps; 100 Hz is assumed, which moves no static calibration", False,
 )  # fmt: skip
@@ -171,7 +171,7 @@ def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | N
         return {"time_s": of(column)}, None, []
     if needed and (said := rate_said(file)) is not None:
         return {}, said, []
-    return ({}, 100.0, [_RATE]) if needed else ({}, None, [])
+    return ({}, 100.0, [NO_RATE]) if needed else ({}, None, [])
 
 
 def rate_said(file: FileGuess) -> float | None:

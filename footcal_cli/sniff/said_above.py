@@ -32,7 +32,7 @@ _ROBOT = (
 _HAS_MASS, _HAS_ROBOT = re.compile(_MASSES), re.compile(_ROBOT)
 _MASS = re.compile(
     rf"(?:{_MASSES}|{_ROBOT})[^\d\n;,:=\[(]{{0,25}}[\[(]?\s*(?P<before>{_UNIT})?\s*[\])]?[\s\"';,:=]*"
-    rf"(?P<number>\d+(?:[.,]\d+)?)[\s\"';,\[(]*(?P<after>{_UNIT})?(?![\w.])"
+    rf"(?P<number>\d+(?:[.,]\d+)?)[\s\"';,\[(]*(?P<after>{_UNIT})?(?!\w|\.\w)"
 )
 """``Körpergewicht: 71,5 kg``, ``"Weight [kg]","66.0"``, ``robot: pupper, mass: 2.1 kg``."""
 _OF_A_PART = re.compile(

@@ -139,8 +139,8 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     parted = _COUNTED.fullmatch(found["unit"].strip()) if found else None
     if found and parted and (unit := known_unit(parted[2])) and float(parted[1]) > 0:
         return found["stem"], unit, float(parted[1])
-    if ratio := _RATIO.search(name):
-        return name[: ratio.start()], "mV/V", 1.0
+    if ratio := _RATIO.search(f" {name}"):
+        return name[: max(ratio.start() - 1, 0)] or name, "mV/V", 1.0
     product = _PRODUCT.search(name)
     if product and (unit := known_unit(product["unit"])) is not None:
         return name[: product.start()].rstrip("_ /.-,"), unit, 1.0

@@ -92,6 +92,7 @@ SAID_OTHERWISE = tuple(
         (rf"{_CENTRE_OF}(?:mass[ae]?|masas?|gravity|gravité|gravedad|gravidade|gravità)(?![^\W_])"
          r"|(?<![^\W_])(?:(?:massen)?(?:schwer|mittel)punkt|baricentro|barycentre|cdm|cdg|juushin|"
          r"cog(?=[\W_]?[xyz](?![^\W_])))", "com"),
+        (r"com(?=[xyz](?![^\W_]))", "com"), (r"foot(?=[xyz](?![^\W_]))", "foot"),
         (r"(?<![^\W_])(?:pie|pied|piede|fuß|fuss|voet)(?![^\W\d_])", "foot"),
     )
 )  # fmt: skip

@@ -107,7 +107,7 @@ def german_stances(to: Path, rng: Rng) -> Made:
         *(f"| {p} | {1e3 * x:g} | {1e3 * y:g} |"
           for p, (x, y) in zip(("VL", "VR", "HL", "HR"), _PLACES, strict=True)),
     ])  # fmt: skip
-    names = [f"{s}_{p}" for s in ("left", "right") for p in ("fl", "fr", "rl", "rr")]
+    names = [f"{s}_{p}" for s in ("left", "right") for p in ("vl", "vr", "hl", "hr")]
     return Made([write(to / "staende.csv", lines), notes], _scales(names, gain, 0.05))
 
 

@@ -25,7 +25,7 @@ from tests.strangers.rigs import (
     write,
 )
 from tests.strangers.thirty_fifth import leg_truth, legs, swings
-from tests.strangers.thirty_first_robots import _HELD, _HIPS, _posed
+from tests.strangers.thirty_first_robots import _HELD, _HIPS, _posed, _renamed
 from tests.strangers.thirty_first_stands import _MASS, _PLACES, _counts, _march, _scales, _stances
 from tests.strangers.thirty_sixth import UP
 
@@ -362,6 +362,7 @@ def finnish_hexapod(to: Path, rng: Rng) -> Made:
 def hexapod_with_its_feet(to: Path, rng: Rng) -> Made:
     """Hung and stood with joints and places of the feet beside the wrenches, attitude in degrees."""
     names = ("LF", "LM", "LR", "RR", "RM", "RF")
+    called = dict(zip(names, ("fl", "ml", "rl", "rr", "mr", "fr"), strict=True))
     hang, stand, hung, stood, truth = _posed(rng, names)
     paths = []
     for file, wrench, body, hold in (
@@ -385,7 +386,7 @@ def hexapod_with_its_feet(to: Path, rng: Rng) -> Made:
         paths.append(write(to / f"{file}.csv", [",".join(head), *rows(*data, form="%.7g")]))
     sheet = ["leg,x_m,y_m,z_m", *(f"{n},{x:g},{y:g},{z:g}"
                                   for n, (x, y, z) in zip(names, _HIPS, strict=True))]  # fmt: skip
-    return Made([*paths, write(to / "hips.csv", sheet)], truth)
+    return Made([*paths, write(to / "hips.csv", sheet)], _renamed(truth, called))
 
 
 def arm_of_vectors(to: Path, rng: Rng) -> Made:
