@@ -90,9 +90,8 @@ def _hung(table: FloatArray, said: list[tuple[str, BoolArray]]) -> int | None:
         others = np.delete(means, at, axis=0)
         way = np.sign(np.median(others, axis=0) - own)
         lifted = way * (others - own)
-        if not _in_the_air(said[at][0]) and np.any(
-            lifted.min(axis=0) < -_IDLE * np.ptp(means, axis=0)
-        ):
+        low = np.any(lifted.min(axis=0) < -_IDLE * np.ptp(means, axis=0))
+        if low and not _in_the_air(said[at][0]):
             continue
         # cells of one make: the weight of the robot is about the same sum in all stances
         total = lifted.sum(axis=1)

@@ -171,7 +171,7 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if made is not None:
                 return [made]
     for file, beside in ((one, other), (other, one)):
-        made = by_protocol(file, beside) or _bysteps_of(file, beside) or posed(file, beside)
+        made = by_protocol(file, beside) or by_steps(file, beside) or posed(file, beside)
         if made is not None:
             return [made]
     for file, beside in ((one, other), (other, one)):

@@ -30,7 +30,6 @@ from tests.strangers.thirty_seventh import (
     bench_truth,
     comma,
     eight,
-    read_out,
 )
 
 
@@ -54,7 +53,7 @@ def polish_soles(to: Path, rng: Rng) -> Made:
 
 
 def boards_and_tracker(to: Path, rng: Rng) -> Made:
-    """A board under each foot in mV/V with µs, a tracker's file, a bench that names board/channel."""
+    """A board under each foot in mV/V with µs, a tracker's file, a bench of boards and channels."""
     walk = _march(rng)
     scale, zero = eight(rng, 25.0)
     read = (walk.cells - zero + rng.normal(0, 0.02, walk.cells.shape)) / scale

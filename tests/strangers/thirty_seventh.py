@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.strangers.legged import _hung
 from tests.strangers.rigs import (
     Array,
     Cell,
@@ -17,7 +16,6 @@ from tests.strangers.rigs import (
     Truth,
     cell,
     rows,
-    steps,
     tool,
     tool_truth,
     truth_of,
@@ -26,7 +24,7 @@ from tests.strangers.rigs import (
 )
 from tests.strangers.thirty_fifth import leg_truth, legs, swings
 from tests.strangers.thirty_first_robots import _HELD, _HIPS, _posed, _renamed
-from tests.strangers.thirty_first_stands import _MASS, _PLACES, _counts, _march, _scales, _stances
+from tests.strangers.thirty_first_stands import _MASS, _PLACES, _march, _scales, _stances
 from tests.strangers.thirty_sixth import UP
 
 INCH, FOOT, POUND = 0.0254, 0.3048, 4.4482216
@@ -277,7 +275,7 @@ def german_protocol(to: Path, rng: Rng) -> Made:
                   *(f"AI{i}: Zelle {w}" for i, w in enumerate(words))])  # fmt: skip
     paths = [write(to / "messung.csv", [log[0], *comma(log[1:])]),
              write(to / "protokoll.csv", [protocol[0], *comma(protocol[1:])]), notes]  # fmt: skip
-    return Made(paths, truth_of({w: c for w, c in cells.items()}))
+    return Made(paths, truth_of(dict(cells.items())))
 
 
 def events_of_a_capture(to: Path, rng: Rng) -> Made:
@@ -298,7 +296,7 @@ def events_of_a_capture(to: Path, rng: Rng) -> Made:
                 log.append(f"{t + 0.04 * i:.2f}," + ",".join(f"{v:.0f}" for v in read))
             t += 5.0
     paths = [write(to / "static_cal.csv", log), write(to / "static_cal_events.csv", events)]
-    return Made(paths, truth_of({n: c for n, c in cells.items()}, 100))
+    return Made(paths, truth_of(dict(cells.items()), 100))
 
 
 def cells_in_millivolts(to: Path, rng: Rng) -> Made:
@@ -360,7 +358,7 @@ def finnish_hexapod(to: Path, rng: Rng) -> Made:
 
 
 def hexapod_with_its_feet(to: Path, rng: Rng) -> Made:
-    """Hung and stood with joints and places of the feet beside the wrenches, attitude in degrees."""
+    """Hung and stood with joints and places of the feet beside the wrenches, angles in degrees."""
     names = ("LF", "LM", "LR", "RR", "RM", "RF")
     called = dict(zip(names, ("fl", "ml", "rl", "rr", "mr", "fr"), strict=True))
     hang, stand, hung, stood, truth = _posed(rng, names)
@@ -390,7 +388,7 @@ def hexapod_with_its_feet(to: Path, rng: Rng) -> Made:
 
 
 def arm_of_vectors(to: Path, rng: Rng) -> Made:
-    """An arm's log: `pose[0..5]` in mm and a rotation vector, `ft[0..5]`; the tool's facts above."""
+    """An arm's log: `pose[0..5]` in mm and a rotation vector, `ft[0..5]`; units above the table."""
     made, wrench, rot = wrist(rng, 14, 40)
     vector = rot.as_rotvec()
     place = np.repeat(rng.uniform(-400, 400, (14, 3)), 40, axis=0)
