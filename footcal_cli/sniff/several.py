@@ -44,7 +44,7 @@ from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.shafts import with_shafts
 from footcal_cli.sniff.six_axis import HUNG_FIRST, NO_PHASE
 from footcal_cli.sniff.stepping import with_sides
-from footcal_cli.sniff.steps_beside import posed, steps_of
+from footcal_cli.sniff.steps_beside import by_steps, posed, steps_of
 from footcal_cli.sniff.stretches import by_stretches
 from footcal_cli.sniff.twins import by_experiment, without_twins
 from footcal_cli.sniff.walking import walked

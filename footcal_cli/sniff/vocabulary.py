@@ -28,7 +28,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
     "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt pesa pesas pesata "
-    "fundou omori vekt vægt lodd lod lodder gewichten waga závažia súly hmotnost závaží zatížení masa ciężar obciążenie odważnik tömeg terhelés ağırlık "
+    "fundou omori vekt vægt lodd lod lodder gewichten waga závažia súly "
+    "hmotnost závaží zatížení masa ciężar obciążenie odważnik tömeg terhelés ağırlık "
     "agirlik kütle kutle kuorma paino punnus "
     "massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",

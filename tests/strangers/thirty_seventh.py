@@ -352,8 +352,8 @@ def finnish_hexapod(to: Path, rng: Rng) -> Made:
                 rows(0.1 * np.arange(140), np.degrees(angle), *read.T, sep=";", form="%.5f")
             )
             paths.append(write(folder / f"jalka_{name}.csv", head + body))
-    notes = write(to / "lue.md", ["Robotti riippuu; kansion nimi kertoo rungon akselin, joka osoittaa "
-                                  "ylös (ylos) tai alas."])  # fmt: skip
+    said = "Robotti riippuu; kansion nimi kertoo rungon akselin, joka osoittaa ylös tai alas."
+    notes = write(to / "lue.md", [said])
     return Made([*paths, notes], leg_truth(made))
 
 
