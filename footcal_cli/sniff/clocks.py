@@ -113,7 +113,8 @@ _COMPONENT = re.compile(r"[\W_]*(?:[0-3]|[xyz])[\W_]*$", re.IGNORECASE)
 
 def _of_vectors(columns: Sequence[ColumnGuess]) -> set[str]:
     """Columns called by a number or an axis behind what two others are called too: ``p[0]``."""
-    stems = {c.column: _COMPONENT.sub("", c.column) for c in columns if c.values is not None}
+    named = [c.column for c in columns if c.values is not None and c.column[:7] != "column_"]
+    stems = {name: _COMPONENT.sub("", name) for name in named}
     counted = Counter(stems.values())
     return {name for name, stem in stems.items() if stem and stem != name and counted[stem] > 2}
 

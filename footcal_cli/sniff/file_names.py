@@ -13,7 +13,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
-from footcal_cli.sniff.cells_by_files import files_of_cells, weights_per_channel
+from footcal_cli.sniff.cells_by_files import cells_of_files, files_of_cells, weights_per_channel
 from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
@@ -113,7 +113,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
                 return Part(both, paths, names.match)
         if not stated:
             made = _per_load(group, names)
-            addresses = {name_guess(word).address or word for word in names.middle}
+            addresses = {cell.address for cell in cells_of_files(group, names.middle)}
             alone = names.of_folders or one_after_another(group)
             if made is None and len(addresses) == len(group) and not alone:
                 made = _per_channel(group, names)
@@ -363,29 +363,23 @@ def _per_leg(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> LogPlan
         )  # fmt: skip
         whole = plan_of(as_one(group, (ours,)))
         if whole is not None and whole.role == "hang":
-            clock = {name: plan.entries[name] for name in ("time_s",) if name in plan.entries}
-            plan = replace(
-                whole, file=group[0], entries={**whole.entries, **clock}, rate_hz=plan.rate_hz
-            )
+            clock = {n: plan.entries[n] for n in ("time_s",) if n in plan.entries}
+            entries = {**whole.entries, **clock}
+            plan = replace(whole, file=group[0], entries=entries, rate_hz=plan.rate_hz)
     leg = Entry(file_name=names.expression, why="the files' names", names=legs)
     return replace(plan, entries={**plan.entries, "leg": leg})
 
 
 def _per_channel(group: list[FileGuess], names: Names) -> Part | None:
     """One file per channel of one recording, joined to the first."""
-    paths = [file.path for file in group]
-    addresses = [name_guess(word).address or word.strip("_- ") for word in names.middle]
+    paths, found = [file.path for file in group], cells_of_files(group, names.middle)
     stems = [p.name.rsplit(".", 1)[0] for p in paths]
     timed = all(file.of("time") for file in group)
     renamed = []
-    for file, address, stem, i in zip(group, addresses, stems, range(len(group)), strict=True):
+    for file, of, stem, i in zip(group, found, stems, range(len(group)), strict=True):
         cell = readings(file)[0]
         column = cell.column if i == 0 else f"{stem}.{cell.column}"
-        made = name_guess(address)
-        name = replace(
-            cell.name, side=made.side, place=made.place, owner=made.owner or address,
-            quantity="reading",
-        )  # fmt: skip
+        name = replace(cell.name, side=of.side, place=of.place, owner=of.owner, quantity="reading")
         values = _at_stamps_of(group[0], file, cell) if timed else cell.values
         if values is None or values.size != group[0].rows:
             return None  # by rows no one recording
