@@ -28,7 +28,8 @@ _ROW = re.compile(
 """A line for each place: its name, then two or three numbers and nothing else."""
 _INLINE = re.compile(rf"{_NAME}\s*[:=]?\s*\(\s*{_THREE}\s*(?:mm|cm|m|in)?\s*\)")
 """Places in a sentence: ``A (60, 35), B (60, -35)``."""
-_UNIT = re.compile(r"(?<![\w/])(mm|cm|m|in|inch|inches)(?![\w/²^])")
+_UNIT = re.compile(r"(?<![\w/])(mm|cm|m|inch|inches|[\[(]in[\])])(?![\w/²^])")
+"""Units of lengths; ``in`` without brackets is a word."""
 _HEADING_LINES = 4
 _LEAST = 3
 

@@ -19,7 +19,7 @@ _SAMPLED = (
     r"サンプリング\w*|^\W*(?:fr[eé]quen\w*|frecuencia|freq)(?=[\s:;=,]+\d))"
 )
 _SAID_RATE = re.compile(
-    rf"{_SAMPLED}[^.;\n\d]{{0,30}}{_HZ}|{_HZ}\s+(?:data\s+)?(?:sampl|rate|logg)",
+    rf"{_SAMPLED};?[^.;\n\d]{{0,30}}{_HZ}|{_HZ}\s+(?:data\s+)?(?:sampl|rate|logg)",
     re.IGNORECASE | re.MULTILINE,
 )
 """``sampled at 80 Hz``, ``80 Hz sampling``; a filter's frequency is no rate."""

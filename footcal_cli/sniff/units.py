@@ -28,7 +28,7 @@ _ALSO = {
     "mpa": "MPa", "n/mm²": "MPa", "n/mm2": "MPa", "gpa": "GPa",
     "millimeter": "mm", "millimetre": "mm", "millimeters": "mm",
     "millimetres": "mm", "centimeters": "cm", "centimetres": "cm",
-    "meter": "m", "metre": "m", "meters": "m", "metres": "m", "s": "s", "m": "m", "n": "N",
+    "inch": "in", "inches": "in", "meter": "m", "metre": "m", "meters": "m", "metres": "m", "s": "s", "m": "m", "n": "N",
     "dan": "daN", "decanewton": "daN",
     "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm", "мв": "mV",
     "كغ": "kg", "كجم": "kg", "غ": "g", "غرام": "g", "نيوتن": "N", "کیلوگرم": "kg", "گرم": "g",
