@@ -68,7 +68,9 @@ def of_several_feet(
             foot, rest = channel[: parted.start()], channel[parted.end() :]
             side = next((f for f in feet if f == foot.lower()), "")
             side = side or name_guess(foot).address
-            side = side if side in feet else name_guess(f"foot_{foot}").side or _TWO_LEGS.get(side)
+            side = (
+                side if side in feet else name_guess(f"foot_{foot}").side or _TWO_LEGS.get(side, "")
+            )
             if side in feet and _plain(rest) in called:
                 found[channel] = f"{side}_{called[_plain(rest)]}"
                 break

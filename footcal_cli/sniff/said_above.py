@@ -69,7 +69,7 @@ def _with_put(plan: LogPlan) -> LogPlan:
     (number, unit), line = said.popitem()
     put = number.replace(",", ".")
     names = {word: put if own == NOT_SAID else own for word, own in entry.names.items()}
-    value = float(put) if entry.value == NOT_SAID else entry.value
+    value = put if entry.value == NOT_SAID else entry.value
     why = f"'{line.strip()}'"
     made = replace(entry, value=value, names=names, unit=unit, sure="likely", why=why)
     blanks = tuple(blank for blank in plan.blanks if blank is not WEIGHT)

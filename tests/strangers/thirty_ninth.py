@@ -63,9 +63,9 @@ def spanish_stances_in_files(to: Path, rng: Rng) -> Made:
         loads = np.zeros((100, 8)) if first < 0 else stand.cells[first : first + 100]
         read = read_out(scale, zero, loads, rng)
         name = "postura_00_colgado" if first < 0 else f"postura_{k:02d}"
-        head = "t_ms;" + ";".join(corners)
+        names = "t_ms;" + ";".join(corners)
         body = rows(20.0 * np.arange(100), *read.T, sep=";")
-        paths.append(write(to / f"{name}.csv", [head, *body]))
+        paths.append(write(to / f"{name}.csv", [names, *body]))
     head = ["postura", *(f"CM_{a}_mm" for a in "xyz"), *(f"pie_{s}_{a}_mm" for s in ("izq", "der")
                                                         for a in "xyz")]  # fmt: skip
     lines = [";".join(head)]

@@ -24,7 +24,7 @@ from tests.strangers.rigs import (
 )
 from tests.strangers.thirty_fifth import leg_truth, legs, swings
 from tests.strangers.thirty_first_robots import _HELD, _HIPS, _posed, _renamed
-from tests.strangers.thirty_first_stands import _MASS, _PLACES, _march, _scales, _stances
+from tests.strangers.thirty_first_stands import _MASS, _PLACES, _March, _march, _scales, _stances
 from tests.strangers.thirty_sixth import UP
 
 INCH, FOOT, POUND = 0.0254, 0.3048, 4.4482216
@@ -51,7 +51,7 @@ def bench_truth(names: list[str], scale: Array) -> Truth:
     return Truth(values, {n: 0.02 * abs(v) for n, v in values.items()})
 
 
-def ankles(rng: Rng) -> tuple[object, Array, Array]:
+def ankles(rng: Rng) -> tuple[_March, Array, Array]:
     """A walk on six-axis ankles: the walk, wrenches (n, 2, 6), offsets (2, 6)."""
     walk = _march(rng)
     offset = rng.normal(0, 1, (2, 6)) * ([2.0] * 3 + [0.05] * 3)
