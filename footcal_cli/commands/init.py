@@ -41,7 +41,7 @@ def init(
     from footcal_cli.sniff.experiment import why_not
     from footcal_cli.sniff.hint import accepted
     from footcal_cli.sniff.listing import listing
-    from footcal_cli.sniff.notes import is_notes, with_notes
+    from footcal_cli.sniff.notes import notes_among, with_notes
     from footcal_cli.sniff.recipe_text import next_step, recipe_text
     from footcal_cli.sniff.several import parts_of
     from footcal_cli.sniff.unfit import unfit
@@ -52,8 +52,8 @@ def init(
         )
     if output.suffix.lower() != ".toml":
         raise UsageError("a recipe ends in .toml", file=output, remedy="name it so")
-    notes = [path for path in logs if is_notes(path)]
-    tables = [path for path in logs if path not in notes] or logs
+    notes = notes_among(logs)
+    tables = [path for path in logs if path not in notes]
     files = with_notes([guess_file(path) for path in tables], notes)
     parts, others = parts_of(files)
     if not parts and (why := why_not(others[0])) is not None:

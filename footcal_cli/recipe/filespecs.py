@@ -135,6 +135,7 @@ class FileSpec(Layout):
     down, ``zero_load`` makes it 0. `rate_hz` counts rows where there are no stamps. `rows_of` is
     for topics that take turns in one table: rows without a value in this column are left out, and
     the other columns are filled in from their own rows, no farther than 0.1 s away.
+    `row_lasts`: each row is the mean of a stance, and stands for so many rows.
     `pivot` turns a table with a row for each foot or cell into one with a row per sample.
     `columns` are the files' own, before ``[columns]``. `wide` makes one row of the file into one
     row per entry, distinguished by the column `wide_into`; with ``wide_into = "reading"`` they are
@@ -148,6 +149,7 @@ class FileSpec(Layout):
     thousands: Literal["", ".", ",", "'", " ", "_", "\u00a0", "\u202f"] = ""
     skip_rows: int = Field(default=0, ge=0)
     skip_below: int = Field(default=0, ge=0)
+    row_lasts: int = Field(default=1, ge=1)
     rate_hz: float | None = Field(default=None, gt=0)
     columns: dict[str, Place] = Field(default_factory=dict)
     rows_of: str = ""

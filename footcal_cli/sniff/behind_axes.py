@@ -18,7 +18,7 @@ from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.tables.rawcolumn import RawColumn
 
-_LAST_WORD = re.compile(r"(.*?\w)[\W_]+([^\W\d_]+\d?)")
+_LAST_WORD = re.compile(r"(.*?\w)[\W_]+([^\W\d_]+\d?)\.?")
 _SMALL = 0.2
 """A scatter's largest share of how far its mean changes."""
 

@@ -5,7 +5,6 @@ Room: sniff; asked by robot_files.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -13,7 +12,7 @@ from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import FORCES, IN_NEWTON, Entry, LogPlan
-from footcal_cli.sniff.units import split_unit
+from footcal_cli.sniff.same_names import ends_alike, holds_name, is_word_of
 
 
 def cells_of(plan: LogPlan) -> dict[str, ColumnGuess]:
@@ -34,17 +33,18 @@ def column_of(plan: LogPlan, channel: str) -> str:
 def named_as(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
     """Channels of weights -> the cells of a stream whose names are alike, each with one of its own.
 
-    At their ends: ``L_FL`` is ``adc_L_FL``, ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``.
-    Else anywhere: ``left_foot/cell1`` is ``/left_foot/cell1/force/z``, ``toe_l`` is ``toe_l_cnt``.
+    As words of theirs: ``PI`` is ``PI_conteggi``. Else at their ends: ``L_FL`` is ``adc_L_FL``,
+    ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``. Else anywhere: ``left_foot/cell1`` is
+    ``/left_foot/cell1/force/z``, ``toe_l`` is ``toe_l_cnt``.
     """
-    plain = {cell: _plain(column.column) for cell, column in cells.items()}
-    for alike in (_ends_alike, _holds):
+    names = {cell: column.column for cell, column in cells.items()}
+    for alike in (is_word_of, ends_alike, holds_name):
         found = {}
         for channel in plan.channels:
-            words = {_plain(channel), _plain(column_of(plan, channel))}
+            words = {channel, column_of(plan, channel)}
             same = [cell for cell in cells if cell == channel]
             own = same or [
-                cell for cell, name in plain.items() if any(alike(name, word) for word in words)
+                cell for cell, name in names.items() if any(alike(name, word) for word in words)
             ]
             if len(own) == 1:
                 found[channel] = own[0]
@@ -72,18 +72,6 @@ def in_a_row(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
             return {}
         found |= dict(zip(ours, theirs, strict=True))
     return found if len(found) == len(streamed) else {}
-
-
-def _ends_alike(name: str, word: str) -> bool:
-    return name.endswith(word) or word.endswith(name)
-
-
-def _holds(name: str, word: str) -> bool:
-    return len(word) > 1 and word in name
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\W_]+", "", split_unit(name)[0]).lower()
 
 
 def in_one_unit(parts: list[Part]) -> list[Part]:

@@ -15,7 +15,7 @@ from footcal_cli.core.bench.split_lines import split_lines
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.names import NameGuess, name_guess, without_side
 from footcal_cli.sniff.plan import Entry, LogPlan, cell_name
 from footcal_cli.sniff.tokens import DAY
 
@@ -27,6 +27,19 @@ _RUNS = {"repeat", "session", "sequence"}
 _NAME = re.compile(r"(?!.*\d{4})[\w-]{1,20}")
 _NAMED = re.compile(r"[\w-]{1,20}")
 """A name of a cell; four digits are of a date."""
+
+
+def cells_of_files(group: Sequence[FileGuess], words: Sequence[str]) -> list[NameGuess]:
+    """The cell that each file is of: one under a foot of a walk, else what the file's name says."""
+    cells = [file.of("reading", "unknown")[:1] for file in group]
+    if all(own and own[0].name.side and own[0].name.place for own in cells):
+        both = [(own[0].name.side, word) for own, word in zip(cells, words, strict=True)]
+        found = [(s, without_side(word.lower(), s).strip("_- ")) for s, word in both]
+        if len({*found}) < len(found):
+            return [own[0].name for own in cells]
+        return [NameGuess("reading", side=side, place=place) for side, place in found]
+    called = [name_guess(word).address or word.strip("_- ") for word in words]
+    return [replace(name_guess(c), owner=name_guess(c).owner or c) for c in called]
 
 
 def weights_per_channel(plan: LogPlan, names: Names) -> LogPlan:

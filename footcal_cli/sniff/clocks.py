@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -107,8 +108,21 @@ def _evenly(column: ColumnGuess) -> bool:
     return column.values is not None and increases(column.values) and even(column.values)
 
 
+_COMPONENT = re.compile(r"[\W_]*(?:[0-3]|[xyz])[\W_]*$", re.IGNORECASE)
+
+
+def _of_vectors(columns: Sequence[ColumnGuess]) -> set[str]:
+    """Columns called by a number or an axis behind what two others are called too: ``p[0]``."""
+    named = [c.column for c in columns if c.values is not None and c.column[:7] != "column_"]
+    stems = {name: _COMPONENT.sub("", name) for name in named}
+    counted = Counter(stems.values())
+    return {name for name, stem in stems.items() if stem and stem != name and counted[stem] > 2}
+
+
 def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> list[ColumnGuess]:
     """Columns of which several increase evenly beside a load that does are its readings, no clocks.
+
+    Nor is a component of a vector, as the way that somebody walks.
 
     Parameters
     ----------
@@ -120,6 +134,10 @@ def one_clock(columns: list[ColumnGuess], by_name: Sequence[ColumnGuess]) -> lis
         if c.quantity == "time" and named.quantity not in ("time", "sequence")
         and c.unit not in TIMES
     ]  # fmt: skip
+    walked = _of_vectors(columns) & {*made}
+    columns = [
+        named if c.column in walked else c for c, named in zip(columns, by_name, strict=True)
+    ]
     loads = [c for c in columns if c.quantity == "load" or c.unit in LOADS]
     if len(made) < 2 or not any(_grows(c.values) for c in loads if c.values is not None):
         return columns

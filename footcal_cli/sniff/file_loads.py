@@ -19,6 +19,8 @@ _LOAD = re.compile(
     r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
 )
 _CELLS = {*OF_A_ROW, "loadcell", "lc"}
+_PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh", "lp", "vp")
+"""First letters of left and right: izquierda, gauche, sinistra, esquerda, hidari, vänster, lewa."""
 _NOTHING = {"tare", "zero", "empty", "noload", "no_load", "unloaded", "leer", "null"}
 
 
@@ -59,9 +61,7 @@ class Names:
     @property
     def feet(self) -> list[str]:
         """Left and right of two words that differ by their first letter: ``lfcell``, ``rfcell``."""
-        sides = [{"l": "left", "r": "right"}.get(word[:1].lower(), "") for word in self.middle]
-        alike = len({word[1:] for word in self.middle}) == 1 and len(self.middle[0]) > 1
-        return sides if sorted(sides) == ["left", "right"] and alike else []
+        return by_letters([word.strip("_- .") for word in self.middle])
 
     @property
     def of_folders(self) -> bool:
@@ -147,6 +147,21 @@ def _among_words(names: Names) -> Entry | None:
         why="a weight in each file's name",
         names={word: f"{n:.10g}" for word, n in zip(names.middle, loads, strict=True)},
     )  # fmt: skip
+
+
+def by_letters(words: Sequence[str]) -> list[str]:
+    """Left and right of two words that differ by their first letter alone; empty for others."""
+    if len(words) != 2 or words[0][1:] != words[1][1:]:
+        return []
+    first, second = (word[:1].lower() for word in words)
+    if first + second in _PAIRS:
+        return ["left", "right"]
+    return ["right", "left"] if second + first in _PAIRS else []
+
+
+def whole_name(names: Sequence[str]) -> str:
+    """The expression that takes whole names, with their folders where these tell them apart."""
+    return "^(.+/.+)$" if any("/" in name for name in names) else "^(.+)$"
 
 
 def escaped(name: str) -> str:

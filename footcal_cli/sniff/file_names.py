@@ -13,11 +13,11 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.readings import straightness
 from footcal_cli.sniff.attitudes import attitude_of, named_orientation
 from footcal_cli.sniff.cell_and_load import cell_and_load, load_above
-from footcal_cli.sniff.cells_by_files import files_of_cells, weights_per_channel
+from footcal_cli.sniff.cells_by_files import cells_of_files, files_of_cells, weights_per_channel
 from footcal_cli.sniff.clocks import one_after_another
 from footcal_cli.sniff.displays import as_reading, displayed, without_display
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_loads import Names, escaped, loads_named
+from footcal_cli.sniff.file_loads import Names, escaped, loads_named, whole_name
 from footcal_cli.sniff.groups import readings, slug, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
@@ -113,7 +113,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
                 return Part(both, paths, names.match)
         if not stated:
             made = _per_load(group, names)
-            addresses = {name_guess(word).address or word for word in names.middle}
+            addresses = {cell.address for cell in cells_of_files(group, names.middle)}
             alone = names.of_folders or one_after_another(group)
             if made is None and len(addresses) == len(group) and not alone:
                 made = _per_channel(group, names)
@@ -150,7 +150,7 @@ def _per_orientation(group: list[FileGuess], names: Names) -> Part | None:
         np.nanmean(forces_of(next(iter(wrenches(numbered(file)).values()))), axis=0)
         for file in group
     ])  # fmt: skip
-    expression = "^(.+/.+)$" if names.of_folders else "^(.+)$"
+    expression = whole_name(words)
     entry = Entry(file_name=expression, sure="likely", why="the files' names")
     found = named_orientation(words, entry, means)
     different = set() if found is None else set(found.entries["orientation"].names.values())
@@ -182,7 +182,7 @@ def _legs_per_orientation(group: list[FileGuess], names: Names) -> Part | None:
     hung = None if whole is None else whole.entries.get("orientation")
     if whole is None or hung is None or len({*hung.names.values()}) < _LEAST_ORIENTATIONS:
         return None
-    expression = "^(.+/.+)$" if names.of_folders else "^(.+)$"
+    expression = whole_name(words)
     clock = {name: plan.entries[name] for name in ("time_s",) if name in plan.entries}
     orientation = Entry(file_name=expression, sure="likely", why=why, names=hung.names)
     entries = {**whole.entries, **clock, "orientation": orientation}
@@ -306,9 +306,9 @@ def _per_plate(group: list[FileGuess], names: Names) -> Part | None:
         return None
     if not share_a_weight(np.array(vertical).T):
         return None
-    columns = []
+    columns, feet = [], dict(zip(names.middle, names.feet, strict=False))
     for i, (file, word) in enumerate(zip(group, words, strict=True)):
-        side = name_guess(word).side or f"plate_{word.strip('_- ')}"
+        side = feet.get(word) or name_guess(word).side or f"plate_{word.strip('_- ')}"
         stem = file.path.name.rsplit(".", 1)[0]
         for c in numbered(file).of("force", "cop"):
             column = c.column if i == 0 else f"{stem}.{c.column}"
@@ -363,29 +363,23 @@ def _per_leg(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> LogPlan
         )  # fmt: skip
         whole = plan_of(as_one(group, (ours,)))
         if whole is not None and whole.role == "hang":
-            clock = {name: plan.entries[name] for name in ("time_s",) if name in plan.entries}
-            plan = replace(
-                whole, file=group[0], entries={**whole.entries, **clock}, rate_hz=plan.rate_hz
-            )
+            clock = {n: plan.entries[n] for n in ("time_s",) if n in plan.entries}
+            entries = {**whole.entries, **clock}
+            plan = replace(whole, file=group[0], entries=entries, rate_hz=plan.rate_hz)
     leg = Entry(file_name=names.expression, why="the files' names", names=legs)
     return replace(plan, entries={**plan.entries, "leg": leg})
 
 
 def _per_channel(group: list[FileGuess], names: Names) -> Part | None:
     """One file per channel of one recording, joined to the first."""
-    paths = [file.path for file in group]
-    addresses = [name_guess(word).address or word.strip("_- ") for word in names.middle]
+    paths, found = [file.path for file in group], cells_of_files(group, names.middle)
     stems = [p.name.rsplit(".", 1)[0] for p in paths]
     timed = all(file.of("time") for file in group)
     renamed = []
-    for file, address, stem, i in zip(group, addresses, stems, range(len(group)), strict=True):
+    for file, of, stem, i in zip(group, found, stems, range(len(group)), strict=True):
         cell = readings(file)[0]
         column = cell.column if i == 0 else f"{stem}.{cell.column}"
-        made = name_guess(address)
-        name = replace(
-            cell.name, side=made.side, place=made.place, owner=made.owner or address,
-            quantity="reading",
-        )  # fmt: skip
+        name = replace(cell.name, side=of.side, place=of.place, owner=of.owner, quantity="reading")
         values = _at_stamps_of(group[0], file, cell) if timed else cell.values
         if values is None or values.size != group[0].rows:
             return None  # by rows no one recording

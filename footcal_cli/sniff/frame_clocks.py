@@ -1,4 +1,4 @@
-"""A counter of frames as a clock, next to a body's stream that lasts as long.
+"""A counter of frames as a clock, at a rate that is said, or next to a stream that lasts as long.
 
 Room: sniff; asked by walking.
 """
@@ -11,11 +11,20 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
+from footcal_cli.sniff.plan import rate_said
 
 _LEAST_FRAMES, _OFTEN = 100, 0.9
 _SAME_LENGTH = 0.01
 """How far two recordings of one walk may differ in length, as a share of it."""
 _MULTIPLES = 20
+
+
+def at_said_rate(file: FileGuess) -> FileGuess:
+    """A log without stamps whose frames are counted in s, where a line above says how fast."""
+    rate, counters = rate_said(file), [c for c in file.of("sequence") if _counts_frames(c)]
+    if file.of("time") or not counters or rate is None:
+        return file
+    return _with_clock(file, counters[0], rate, f"{rate:g} Hz are said")
 
 
 def with_frame_clocks(files: Sequence[FileGuess]) -> list[FileGuess]:
@@ -32,10 +41,14 @@ def _counted(file: FileGuess, body: FileGuess) -> FileGuess:
     rate = _rate(float(numbers_of(counter)[-1]), body)
     if rate is None:
         return file
+    return _with_clock(file, counter, rate, f"frames at {rate:g} Hz last as long as "
+                       f"{body.path.name}")  # fmt: skip
+
+
+def _with_clock(file: FileGuess, counter: ColumnGuess, rate: float, why: str) -> FileGuess:
     clock = replace(
         counter, name=replace(counter.name, quantity="time", factor=1.0 / rate), unit="s",
-        values=numbers_of(counter) / rate, sure="guess",
-        why=f"frames at {rate:g} Hz last as long as {body.path.name}",
+        values=numbers_of(counter) / rate, sure="guess", why=why,
     )  # fmt: skip
     return replace(file, rate_hz=rate, columns=tuple(
         clock if c is counter else c for c in file.columns

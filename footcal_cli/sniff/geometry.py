@@ -16,6 +16,7 @@ from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Blank, LogPlan
+from footcal_cli.sniff.same_names import is_word_of, plainly
 from footcal_cli.sniff.six_axis import UNPLACED, WHERE_LEGS
 from footcal_cli.sniff.units import metres_per, split_unit
 
@@ -48,7 +49,7 @@ def _places(sheet: FileGuess, axes: str, largest_m: float) -> _Places:
     named = [c for c in sheet.columns if c.codes is not None and len(c.words) == sheet.rows]
     at = {
         axis: [c for c in sheet.columns
-               if c.values is not None and c.column.lower().split("_")[0].strip("[( ") == axis]
+               if c.values is not None and re.split(r"[\W_]", c.column.lower())[0] == axis]
         for axis in axes
     }  # fmt: skip
     if not named or any(len(columns) != 1 for columns in at.values()):
@@ -96,10 +97,10 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         read = next((plan.entries[name] for name in names if name in plan.entries), None)
         own = "" if read is None or read.column is None else read.column.column
         at = places.get(own) or places.get(channel) or by_address.get(channel)
-        at = at or _within(own, called)
+        foot, _, cell = channel.partition("_")
+        at = at or _within(own, called) or {n.lower(): at for n, at in called.items()}.get(cell)
         if at is None:
             return plan
-        foot, _, cell = channel.partition("_")
         line = f"{toml_key(cell)} = {{ x_m = {at[0]:.5g}, y_m = {at[1]:.5g} }}"
         feet.setdefault(foot, []).append(f"{line}    # likely: {sheet.path.name}")
     tables = tuple("\n".join([f"[robot.feet.{f}.cells]", *lines]) for f, lines in feet.items())
@@ -108,16 +109,13 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
 
 
 def _within(column: str, places: _Places) -> tuple[float, ...] | None:
-    """The place of the one name that a column's ends with: ``K1187`` of ``F_K1187_N``.
+    """The place of the one name that a column's holds or ends with: ``K1187`` of ``F_K1187_N``.
 
     Letters of an axis may follow: ``toe_lat`` of ``LC_toe_lat_vz``.
     """
     bare = split_unit(column)[0]
-    own = tuple(_plain(x) for x in (bare, _AXIS.sub("", bare)))
     called = {n: at for n, at in places.items() if re.search(r"[^\W\d_]", n)}
-    found = [at for n, at in called.items() if any(x.endswith(_plain(n)) for x in own)]
-    return found[0] if len(found) == 1 else None
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\W_]+", "", name).lower()
+    words = [at for n, at in called.items() if is_word_of(bare, n)]
+    own = tuple(plainly(x) for x in (bare, _AXIS.sub("", bare)))
+    ends = [at for n, at in called.items() if any(x.endswith(plainly(n)) for x in own)]
+    return next((found[0] for found in (words, ends) if len(found) == 1), None)

@@ -13,6 +13,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import Attitude
+from footcal_cli.sniff.file_loads import whole_name
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.mounts import Mounts, hung_on
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, of
@@ -59,8 +60,9 @@ def asked_by_file(plan: LogPlan, names: Sequence[str]) -> LogPlan:
     if len(names) < SIDES or "orientation" in plan.entries or (own and own.file_name):
         return plan
     said = ", ".join(f'"{name}" = ""' for name in names)
+    file_name = f"file_name = '{whole_name(names)}'"
     asked = Blank(
-        (f"# in [columns]: orientation = {{ file_name = '^(.+)$', names = {{ {said} }} }}",
+        (f"# in [columns]: orientation = {{ {file_name}, names = {{ {said} }} }}",
          "# each the axis along gravity: +x -x +y -y +z -z; or the attitude in a column"),
         f"no attitude in the logs, and nothing says which axis points down in {names[0]} …",
     )  # fmt: skip

@@ -5,17 +5,21 @@ Room: sniff; asked by several.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
+from footcal_cli.sniff.lifted import IN_THE_AIR
 from footcal_cli.sniff.plan import LogPlan
 
 _LEAST_CELLS, _LEAST_STANCES, _MOST_STANCES, _LEAST_ROWS = 3, 4, 200, 10
 _ALIKE = 0.5
 """Sums of all readings in stances, the least as a share of the largest: cells of one make."""
+_SELDOM = 0.5
+"""Share of rows in which a robot that stands hangs at most."""
 _IDLE = 0.05
 """How far a cell of a robot in the air may read from its extreme, as a share of what it moves."""
 
@@ -29,14 +33,32 @@ def with_hung_stance(plan: LogPlan) -> LogPlan:
     if len(read) < _LEAST_CELLS:
         return plan
     table = np.column_stack([numbers_of(c) for c in read])
+    least = _LEAST_ROWS if plan.file.layout.row_lasts == 1 else 1
     for column in plan.file.columns:
-        said = None if column.column in used else _spells(column, len(table))
-        if said is not None and (at := _hung(table, [rows for _, rows in said])) is not None:
+        if (called := _called(column, len(table))) is not None:
+            return replace(plan, zeros_where={column.column: called})
+        said = None if column.column in used else _spells(column, len(table), least)
+        at = None if said is None else _hung(table, said)
+        if said is not None and at is not None:
             return replace(plan, zeros_where={column.column: said[at][0]})
     return plan
 
 
-def _spells(column: ColumnGuess, rows: int) -> list[tuple[str, BoolArray]] | None:
+def _called(column: ColumnGuess, rows: int) -> str | None:
+    """The one text of a column that says in words which of the rows are of a robot in the air."""
+    if column.codes is None or column.codes.size != rows:
+        return None
+    there = [column.words[i] for i in np.unique(column.codes[column.codes >= 0])]
+    found = [word for word in there if _in_the_air(word)]
+    held = np.mean(column.codes == column.words.index(found[0])) if found else 1.0
+    return found[0] if len(found) == 1 and held < _SELDOM else None
+
+
+def _in_the_air(text: str) -> bool:
+    return any(IN_THE_AIR.fullmatch(word) for word in re.findall(r"[^\W\d_]+", text.lower()))
+
+
+def _spells(column: ColumnGuess, rows: int, least: int) -> list[tuple[str, BoolArray]] | None:
     """Texts of a column that numbers or names stances, and the rows of each; None of any other."""
     if column.codes is not None and column.codes.size == rows:
         found = [(word, column.codes == at) for at, word in enumerate(column.words)]
@@ -50,12 +72,16 @@ def _spells(column: ColumnGuess, rows: int) -> list[tuple[str, BoolArray]] | Non
         found = [(f"{number:.0f}", values == number) for number in numbers]
     else:
         return None
-    found = [(text, own) for text, own in found if own.sum() >= _LEAST_ROWS]
+    found = [(text, own) for text, own in found if own.sum() >= least]
     return found if len(found) >= _LEAST_STANCES else None
 
 
-def _hung(table: FloatArray, rows: list[BoolArray]) -> int | None:
-    """Which of several groups of rows of readings (n, c) is of a robot in the air; None if none."""
+def _hung(table: FloatArray, said: list[tuple[str, BoolArray]]) -> int | None:
+    """Which of several groups of rows of readings (n, c) is of a robot in the air; None if none.
+
+    A group that is called so may have cells that read less in some stance, as a sole bends.
+    """
+    rows = [own for _, own in said]
     if not all(np.isfinite(table[own]).any(axis=0).all() for own in rows):
         return None  # a channel that read nothing in one of them
     means = np.array([np.nanmean(table[own], axis=0) for own in rows])
@@ -64,7 +90,8 @@ def _hung(table: FloatArray, rows: list[BoolArray]) -> int | None:
         others = np.delete(means, at, axis=0)
         way = np.sign(np.median(others, axis=0) - own)
         lifted = way * (others - own)
-        if np.any(lifted.min(axis=0) < -_IDLE * np.ptp(means, axis=0)):
+        low = np.any(lifted.min(axis=0) < -_IDLE * np.ptp(means, axis=0))
+        if low and not _in_the_air(said[at][0]):
             continue
         # cells of one make: the weight of the robot is about the same sum in all stances
         total = lifted.sum(axis=1)

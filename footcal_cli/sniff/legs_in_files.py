@@ -15,7 +15,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.attitudes import attitude_of
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_loads import escaped
+from footcal_cli.sniff.file_loads import escaped, whole_name
 from footcal_cli.sniff.file_names import Beside, Part, called
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, numbers_of, seconds_of
@@ -150,9 +150,9 @@ def _together(group: Sequence[FileGuess], names: Sequence[_Named]) -> Part | Non
     said = plan.entries["orientation"].names
     entries = {
         **plan.entries, **times(numbered(group[0]), needed=True)[0],
-        "leg": Entry(file_name="^(.+)$", why="the files' names",
+        "leg": Entry(file_name=whole_name(whole), why="the files' names",
                      names=dict(zip(whole, (n.leg for n in names), strict=True))),
-        "orientation": Entry(file_name="^(.+)$", why="the files' names",
+        "orientation": Entry(file_name=whole_name(whole), why="the files' names",
                              names={w: said[n.rest] for w, n in zip(whole, names, strict=True)}),
     }  # fmt: skip
     plan = replace(plan, file=group[0], entries=entries,

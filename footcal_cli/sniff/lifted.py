@@ -22,8 +22,8 @@ from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.which_cell import named_alike
 from footcal_cli.tables.reading import Pivot
 
-_IN_THE_AIR = re.compile(
-    "air|lift|lifted|hang|hanging|hung|crane|hoist|suspended|zeros?|zeroes|offsets?|tare|unloaded|"
+IN_THE_AIR = re.compile(
+    "air|lift|lifted|raised|hängt|haengt|hänger|henger|wisi|висит|uitgehangen|pendu|pendue|suspendida|hang|hanging|hung|crane|hoist|suspended|zeros?|zeroes|offsets?|tare|unloaded|"
     "empty|luft|hängend|haengend|kran|leer|null|nullpunkt|unbelastet|aire|colgado|cero|grúa|grua|"
     "vacío|vacio|suspendu|levé|leve|grue|vide|zéros?|sospeso|aria|vuoto|suspenso|levantado"
 )
@@ -79,7 +79,7 @@ def _stands(part: Part) -> bool:
 
 def _spoken(file: FileGuess, *names: str) -> bool:
     words = words_of(" ".join((file.path.stem, *names)))
-    return any(_IN_THE_AIR.fullmatch(word) for word in words)
+    return any(IN_THE_AIR.fullmatch(word) for word in words)
 
 
 def _idle(empty: ColumnGuess, loaded: ColumnGuess) -> bool:

@@ -199,7 +199,7 @@ def _parts_of(word: str) -> list[str]:
 
 def name_guess(name: str) -> NameGuess:
     """What a column's name says of it."""
-    plain = re.sub(r"\[(\d+)\]", r"_\1", _QUOTED.sub("", name).lstrip("%#$/ ").rstrip("?: "))
+    plain = re.sub(r"\[(\d+)\]", r"_\1", _QUOTED.sub("", name).lstrip("%#$/ ").rstrip("?:. "))
     plain = _INNER.sub(_as_zone, _RUN.sub("", plain))
     plain = re.sub(r"(?<=[\])])\.\d+$", "", plain)  # the same name a second time
     stem, unit, factor = split_unit(_MEAN.sub("", plain))
@@ -207,7 +207,7 @@ def name_guess(name: str) -> NameGuess:
     called = known_unit(stem) if len(stem) > 1 else None
     unit = unit or (called if called in (*MASSES, *WEIGHTS, *VOLTAGES) else None)
     words = words_of(stem)
-    if _SPREAD.search(plain) or SCATTER & {*words}:
+    if _SPREAD.search(stem.rstrip(". ")) or SCATTER & {*words}:
         return NameGuess("other", unit=unit)
     side, place, rest = _address(words)
     quantity, axis, used = _quantity(stem, words, unit)

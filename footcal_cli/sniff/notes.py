@@ -1,7 +1,7 @@
-"""Units of forces and torques from notes that are given among the logs.
+"""Notes that are given among the logs: what they say stands above each table then.
 
-Room: sniff; called by init. ``FX FY FZ [kgf], MX MY MZ [kgf.cm]`` in a ``notes.md`` says what the
-header does not: it is put above each table, where software of transducers writes it.
+Room: sniff; called by init. ``FX FY FZ [kgf], MX MY MZ [kgf.cm]``, a mass, a rate or a weight in a
+``notes.md`` say what the header does not; places that it lists are a sheet of their own.
 """
 
 from __future__ import annotations
@@ -11,29 +11,50 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from footcal_cli.errors import DataError
+from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.listed_places import places_in
 from footcal_cli.sniff.names import FORCE, TORQUE
 from footcal_cli.sniff.units import WEIGHTS, known_unit
 
 _SUFFIXES = {".md", ".markdown", ".rst", ".adoc"}
 """Endings of text that people write; a ``.txt`` may be a log."""
 _TABLE = re.compile(r"^\s*\|?[ :]*-{3,}[ :]*\||^\s*\|.*\|", re.MULTILINE)
+_MARKED = re.compile(r"^[\s#>*+-]+|[*`]+")
+"""Signs of headings, lists and emphasis."""
+_ENDS = re.compile(r"(?<=[.;!])\s+")
 _FORCES, _TORQUES = {*WEIGHTS, "kgf", "gf", "lbf", "daN", "ozf"}, {"Nm", "mNm", "kNm", "Nmm", "Ncm"}
 _IN_FULL = re.compile(r"(?i)\b(?P<kilo>kilo)?gram(?:me?)?s?[- ]forces?")
 _AXIS = r"[fmtFMT][_ ]?[xyzXYZ]"
 _WORDS = "|".join(w for w in sorted(FORCE | TORQUE, key=len, reverse=True) if len(w) > 1)
 _NAMED = re.compile(
-    rf"(?:{_AXIS}\b|(?i:\b(?:{_WORDS})s?))[^\[\](),;\n]{{0,25}}"
-    r"(?:[\[(](?P<bracketed>[^\])]{1,8})[\])]|\b(?:in|en|w|v|i)\s+(?P<spoken>[A-Za-z.*·]{1,8}))"
+    rf"(?:{_AXIS}\b|(?<!\w)[FMT](?=\s*(?:[\[(]|in\b|en\b|em\b))|(?i:\b(?:{_WORDS})s?))[^\[\](),;\n]{{0,25}}"
+    r"(?:[\[(](?P<bracketed>[^\])]{1,8})[\])]|\b(?:in|en|em|ve|w|v|i)\s+(?P<spoken>[A-Za-z.*·]{1,8}))"
 )
 """Forces or torques, and the unit in brackets or spoken behind them."""
 
 
-def is_notes(path: Path) -> bool:
-    """Whether a file is text that people write, by its ending; one with a table may be a log."""
-    if path.suffix.lower() not in _SUFFIXES or not path.is_file():
+def notes_among(paths: Sequence[Path]) -> list[Path]:
+    """Files of text that people write, by their ending; one whose table is a log is none.
+
+    A log alone is a log, whatever it is called.
+    """
+    found = [path for path in paths if path.suffix.lower() in _SUFFIXES and path.is_file()]
+    found = [path for path in found if not _TABLE.search(_text(path)) or not _is_log(path)]
+    return found if len(found) < len(paths) else []
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="replace")
+
+
+def _is_log(path: Path) -> bool:
+    try:
+        return plan_of(guess_file(path)) is not None
+    except DataError:
         return False
-    return not _TABLE.search(path.read_text(encoding="utf-8", errors="replace"))
 
 
 def units_in(text: str) -> dict[str, str]:
@@ -54,11 +75,17 @@ def units_in(text: str) -> dict[str, str]:
 
 
 def with_notes(files: Sequence[FileGuess], notes: Sequence[Path]) -> list[FileGuess]:
-    """Logs with the units that the notes say above each table."""
-    said: dict[str, str] = {}
+    """Logs with what the notes say above each table, and the places that these list as a sheet."""
+    lines: list[str] = []
+    units: dict[str, str] = {}
     for path in notes:
-        said |= units_in(path.read_text(encoding="utf-8", errors="replace"))
-    lines = [f"{kind} unit: {unit}" for kind, unit in said.items()]
-    return [
+        text = _text(path)
+        units |= units_in(text)
+        prose = [_MARKED.sub("", x) for x in text.splitlines() if x.strip() and "|" not in x]
+        lines += [part for line in prose for part in _ENDS.split(line) if part.strip()]
+    lines += [f"{kind} unit: {unit}" for kind, unit in units.items()]
+    made = [
         replace(file, text=replace(file.text, above=(*file.text.above, *lines))) for file in files
     ]
+    sheets = (places_in(path, _text(path)) for path in notes)
+    return [*made, *(sheet for sheet in sheets if sheet is not None)]

@@ -18,6 +18,9 @@ from footcal_cli.sniff.placed import channels_of, where_cells
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.units import split_unit
 
+_TWO_LEGS = {"fl": "left", "fr": "right"}
+"""What lf and rf are, where there are two feet."""
+
 
 def by_foot(part: Part) -> Part:
     """Placements whose files are called after feet, each of its foot; any other part as it is."""
@@ -65,7 +68,9 @@ def of_several_feet(
             foot, rest = channel[: parted.start()], channel[parted.end() :]
             side = next((f for f in feet if f == foot.lower()), "")
             side = side or name_guess(foot).address
-            side = side if side in feet else name_guess(f"foot_{foot}").side  # sx, sol
+            side = (
+                side if side in feet else name_guess(f"foot_{foot}").side or _TWO_LEGS.get(side, "")
+            )
             if side in feet and _plain(rest) in called:
                 found[channel] = f"{side}_{called[_plain(rest)]}"
                 break

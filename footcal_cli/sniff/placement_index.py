@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import IntArray
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part
@@ -18,10 +18,9 @@ from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Entry, of
-from footcal_cli.sniff.protocol import apart_of, holds, seconds_by
+from footcal_cli.sniff.protocol import apart_of, holds, lasting_s, seconds_by
 from footcal_cli.sniff.shared_weight import LEAST_CELLS, LEAST_PLACES
 from footcal_cli.sniff.which_cell import as_label
-from footcal_cli.tables.units import TIMES
 
 _FEWER = 4
 """A placement is of so many rows of the log at least, on average."""
@@ -53,7 +52,7 @@ def _joined(log: FileGuess, sheet: FileGuess, cells: Sequence[ColumnGuess]) -> P
     at, since = seconds_by(log, clock), seconds_by(sheet, stamp)
     if not np.all(np.diff(since) > 0) or since[0] < at[0] or since[-1] > at[-1]:
         return None
-    until = _until(sheet, stamp)
+    until = lasting_s(sheet, stamp)
     ends = np.append(since[1:], at[-1]) if until is None else since + until
     apart = apart_of(at, since, ends, list(cells)) if until is None else 0.0
     if apart is None:
@@ -101,20 +100,6 @@ def _said(sheet: FileGuess, *, spans: bool) -> Iterator[list[ColumnGuess]]:
             continue
         hole = replace(named, name=replace(column.name, quantity="placement"))
         yield [hole, *(c for c in said if c.column != column.column)]
-
-
-def _until(sheet: FileGuess, stamp: ColumnGuess) -> FloatArray | None:
-    """How long each row of a sheet holds in s, by a column between its stamp and the next one."""
-    if stamp.values is None:
-        return None
-    since = stamp.values
-    for column in sheet.columns:
-        ends = column.values
-        if ends is None or column is stamp or not np.all(ends > since):
-            continue
-        if np.all(ends[:-1] <= since[1:]) and ends[-1] - since[-1] < 10 * np.max(np.diff(since)):
-            return (ends - since) * TIMES.get(stamp.unit or "s", 1.0)
-    return None
 
 
 def _medians(cell: ColumnGuess, on: IntArray, rows: int) -> ColumnGuess:

@@ -13,9 +13,14 @@ from footcal_cli.sniff.units import SHARES
 from footcal_cli.tables.canonical import NOT_SAID as NOT_SAID
 
 _HZ = r"(\d+(?:[.,]\d+)?)\s*(k?)(?:Hz|SPS|S/s)\b"
-_SAMPLED = r"(?:sampl\w*|logg\w*|record\w*|rate|abtast\w*|messrate|échantillon\w*|muestreo)"
+_SAMPLED = (
+    r"(?:sampl\w*|logg\w*|record\w*|rate|abtast\w*|messrate|échantillon\w*|muestreo|amostr\w*|"
+    r"campion\w*|próbkow\w*|vzork\w*|näytte\w*|bemonster\w*|örnekle\w*|дискретизац\w*|采样\w*|"
+    r"サンプリング\w*|^\W*(?:fr[eé]quen\w*|frecuencia|freq)(?=[\s:;=,]+\d))"
+)
 _SAID_RATE = re.compile(
-    rf"{_SAMPLED}[^.;\n\d]{{0,30}}{_HZ}|{_HZ}\s+(?:data\s+)?(?:sampl|rate|logg)", re.IGNORECASE
+    rf"{_SAMPLED};?[^.;\n\d]{{0,30}}{_HZ}|{_HZ}\s+(?:data\s+)?(?:sampl|rate|logg)",
+    re.IGNORECASE | re.MULTILINE,
 )
 """``sampled at 80 Hz``, ``80 Hz sampling``; a filter's frequency is no rate."""
 
@@ -145,7 +150,7 @@ UNIT_ASKED = Blank(
     ('# in [columns]: unit = "?" of load_n becomes N, kg, g, lb …',),
     "nothing says the unit of the load",
 )
-_RATE = Blank(
+NO_RATE = Blank(
     ("# rate_hz = 100.0    # rows per second",),
     "the log has no time stamps; 100 Hz is assumed, which moves no static calibration", False,
 )  # fmt: skip
@@ -166,7 +171,7 @@ def times(file: FileGuess, *, needed: bool) -> tuple[dict[str, Entry], float | N
         return {"time_s": of(column)}, None, []
     if needed and (said := rate_said(file)) is not None:
         return {}, said, []
-    return ({}, 100.0, [_RATE]) if needed else ({}, None, [])
+    return ({}, 100.0, [NO_RATE]) if needed else ({}, None, [])
 
 
 def rate_said(file: FileGuess) -> float | None:

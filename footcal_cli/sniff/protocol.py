@@ -103,7 +103,9 @@ def by_protocol(
     )  # fmt: skip
     clock = replace(stamp.as_quantity("time", stamp.sure, stamp.why), unit=stamp.unit)
     beside = replace(sheet, columns=(clock, *(c for c in sheet.columns if c is not stamp)))
-    said = "what it says holds until its next row"
+    said = (
+        "what it says holds until its next row" if until is None else "what each of its rows says"
+    )
     said += f"; rows closer to a stamp than apart_s = {apart:g} are left out" * bool(apart)
     meant = {} if only is None else {only[0].column: only[1]}
     join = Beside(beside, "time", offset, said, "previous", longest, apart, meant)
@@ -185,6 +187,8 @@ def _keys(
         for other in sheet.of("time")[1:2]:
             if np.all((end := seconds_by(sheet, other)) > since):
                 return (mine, at), (stamp, since), end
+        if (lasting := lasting_s(sheet, stamp)) is not None:
+            return (mine, at), (stamp, since), since + lasting
     else:
         own = [c for c in file.of("sequence") if c.values is not None]
         counted = [c for c in sheet.of("sequence") if c.values is not None]
@@ -204,6 +208,20 @@ def seconds_by(file: FileGuess, column: ColumnGuess) -> FloatArray:
         pattern=column.pattern, wraps_at=column.wraps_at,
     )  # fmt: skip
     return time_of(file.path, Reading({"time_s": place}, file.layout))
+
+
+def lasting_s(sheet: FileGuess, stamp: ColumnGuess) -> FloatArray | None:
+    """How long each row of a sheet holds in s, by a column between its stamp and the next one."""
+    if stamp.values is None:
+        return None
+    since = stamp.values
+    for column in sheet.columns:
+        ends = column.values
+        if ends is None or column is stamp or not np.all(ends > since):
+            continue
+        if np.all(ends[:-1] <= since[1:]) and ends[-1] - since[-1] < 10 * np.max(np.diff(since)):
+            return (ends - since) * TIMES.get(stamp.unit or "s", 1.0)
+    return None
 
 
 def holds(at: FloatArray, since: FloatArray, until: FloatArray, apart: float) -> IntArray:

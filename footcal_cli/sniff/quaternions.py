@@ -19,17 +19,20 @@ _TURNS = 0.05
 _MORE_THAN_ONE, _WITHIN = 3.0, 0.03
 """A length from which components are counts, and how far it may change, as a share of it."""
 _NEARLY_ONE = 0.05
-_LETTERED = re.compile(r"(?i)(.*?)[\W_]*([xyzw])")
+_LETTERED = re.compile(r"(?i)(.*?)[\W_]*(?:([xyzw])|([ijkrs])|(?<![^\W_])(re|real|scalar))")
+_HAMILTON = dict(zip("ijkrs", "xyzww", strict=True))
+"""Letters of a quaternion as Hamilton wrote it, and of its real part."""
 _LEAST_ROWS = 3
 
 
 def by_letters(file: FileGuess) -> dict[str, ColumnGuess]:
-    """Columns called x, y, z and w alone, or behind one word, of length one in all rows."""
+    """Columns called x, y, z and w (i, j, k and real), or behind one word, of length one."""
     stems: dict[str, dict[str, ColumnGuess]] = {}
     for column in file.columns:
         found = _LETTERED.fullmatch(column.column.strip())
         if found and column.values is not None and column.unit is None:
-            stems.setdefault(found[1], {}).setdefault(found[2].lower(), column)
+            letter = found[2] or _HAMILTON.get((found[3] or "").lower(), "w")
+            stems.setdefault(found[1], {}).setdefault(letter.lower(), column)
     whole = [own for own in stems.values() if set(own) == set("xyzw")]
     whole = [own for own in whole if _turn([own[a] for a in "xyzw"])]
     if len(whole) != 1:

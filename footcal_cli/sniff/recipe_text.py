@@ -201,6 +201,8 @@ def _layout_lines(file: FileGuess) -> list[str]:
         lines.append("header = false")
     if layout.names:
         lines.append(f"names = {_list(layout.names)}")
+    if layout.row_lasts > 1:
+        lines.append(f"row_lasts = {layout.row_lasts}    # likely: each row is a stance")
     if layout.turned:
         lines.append("turned = true    # each line begins with its name")
     if layout.until:

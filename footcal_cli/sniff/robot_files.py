@@ -118,9 +118,22 @@ def with_one_name(
     renamed = in_one_unit(renamed)
     weighed = {c for part in renamed if part.plan.role == "weights" for c in part.plan.channels}
     voltage = _voltage(renamed)
-    return [
-        replace(p, plan=_in_voltage(_weighed(p.plan, weighed), voltage)) for p in renamed
-    ], list(others)
+    made = [_in_voltage(_untied(_weighed(p.plan, weighed), streamed), voltage) for p in renamed]
+    return [replace(p, plan=plan) for p, plan in zip(renamed, made, strict=True)], list(others)
+
+
+def _untied(plan: LogPlan, streamed: Mapping[str, ColumnGuess]) -> LogPlan:
+    """A bench of which no name says which cells of a stream it weighed: that is said."""
+    if plan.role != "weights" or len(plan.channels) < 2 or not streamed:
+        return plan
+    if {*plan.channels} & {*streamed}:
+        return plan
+    ours, theirs = (", ".join(list(names)[:3]) for names in (plan.channels, streamed))
+    said = (
+        f"no name says which of the cells {theirs} … the weights of {ours} … lay on: write "
+        "names = { bench = cell } into its channel in [columns]"
+    )
+    return replace(plan, warnings=(*plan.warnings, said))
 
 
 def _ordered(plan: LogPlan, streamed: Mapping[str, ColumnGuess]) -> LogPlan:

@@ -1,4 +1,4 @@
-"""What lines above a table say of the robot's mass and of the loads, and where its numbers differ.
+"""What lines above a table say of the robot's mass and of weights, and where its numbers differ.
 
 Room: sniff; asked by several.
 """
@@ -13,22 +13,33 @@ import numpy as np
 
 from footcal_cli.core.plausibility import TOTAL_RANGE
 from footcal_cli.sniff.guesses import numbers_of
+from footcal_cli.sniff.placed import WEIGHT
 from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, LogPlan
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, known_unit
 from footcal_cli.tables.units import conversion
 
 _UNIT = r"[A-Za-zкгН]{1,4}"
+_MASSES = (
+    r"(?i:\b(?:(?:body|körper|kropps)[ _-]?)?(?:mass|weighs?|weight|masse|gewicht|wiegt|poids|"
+    r"pèse|masa|waga|waży|massa|massan|peso|pesa|vikt|väger|vægt|vejer|vekt|veier|weegt|hmotnost|"
+    r"váží|tömeg|paino|painaa|ağırlık|kütle|масса|вес|весит)\b|体重|質量|质量|重量)"
+)
+_ROBOT = (
+    r"(?i:\b(?:robot\w*|biped\w*|hexapod\w*|quadruped\w*|humanoid\w*|person|subject|proband\w*|"
+    r"sujet|sujeto|participant|athlete)\b)"
+)
+_HAS_MASS, _HAS_ROBOT = re.compile(_MASSES), re.compile(_ROBOT)
 _MASS = re.compile(
-    r"(?i:\b(?:(?:body|körper|kropps)[ _-]?)?"
-    r"(?:mass|weight|masse|gewicht|poids|masa|massa|peso|vikt|масса|вес)\b)"
-    rf"[^\d\n;,:=\[(]{{0,25}}[\[(]?\s*(?P<before>{_UNIT})?\s*[\])]?[\s\"';,:=]*"
-    rf"(?P<number>\d+(?:[.,]\d+)?)[\s\"';,\[(]*(?P<after>{_UNIT})?(?![\w.])"
+    rf"(?:{_MASSES}|{_ROBOT})[^\d\n;,:=\[(]{{0,25}}[\[(]?\s*(?P<before>{_UNIT})?\s*[\])]?[\s\"';,:=]*"
+    rf"(?P<number>\d+(?:[.,]\d+)?)[\s\"';,\[(]*(?P<after>{_UNIT})?(?!\w|\.\w)"
 )
 """``Körpergewicht: 71,5 kg``, ``"Weight [kg]","66.0"``, ``robot: pupper, mass: 2.1 kg``."""
 _OF_A_PART = re.compile(
     r"(?i)\b(?:tool|payload|leg|foot|feet|gripper|hand|cell|sensor|calibration|known|test|applied|"
-    r"plate|per|each|insole|sole|shank|thigh|tara|tare|empty)\b"
+    r"plate|per|each|insole|sole|shank|thigh|tara|tare|empty|holes?|prüf\w*|kalibrier\w*|eich\w*|"
+    r"étalon\w*|campione|patrón|wzorc\w*|odważnik\w*|zelle|cellule|cella|celda|bein|jambe|gamba|"
+    r"pata|werkzeug|outil|herramienta|utensile|fuß|fuss|pied|piede|pie)\b"
 )
 """Words with which a mass is not that of all that stands there."""
 _LISTED = re.compile(
@@ -44,8 +55,25 @@ _FAR = 30.0
 
 
 def as_said_above(plan: LogPlan) -> LogPlan:
-    """The plan with the mass that stands above its table; asked for where numbers contradict it."""
-    return _with_load(_with_mass(plan))
+    """The plan with the masses that stand above its table; asked for where numbers contradict."""
+    return _with_load(_with_mass(_with_put(plan)))
+
+
+def _with_put(plan: LogPlan) -> LogPlan:
+    """Placements with the one weight on all holes that a line says."""
+    entry = plan.entries.get("load_n")
+    lines = [x for x in plan.file.text.above if _HAS_MASS.search(x) and not _HAS_ROBOT.search(x)]
+    said = {(f[1], known_unit(f[2]) or f[2]): x for x in lines for f in IN_WORDS.finditer(x)}
+    if WEIGHT not in plan.blanks or entry is None or len(said) != 1:
+        return plan
+    (number, unit), line = said.popitem()
+    put = number.replace(",", ".")
+    names = {word: put if own == NOT_SAID else own for word, own in entry.names.items()}
+    value = put if entry.value == NOT_SAID else entry.value
+    why = f"'{line.strip()}'"
+    made = replace(entry, value=value, names=names, unit=unit, sure="likely", why=why)
+    blanks = tuple(blank for blank in plan.blanks if blank is not WEIGHT)
+    return replace(plan, entries={**plan.entries, "load_n": made}, blanks=blanks)
 
 
 def _masses(above: Sequence[str]) -> dict[float, str]:
@@ -56,6 +84,10 @@ def _masses(above: Sequence[str]) -> dict[float, str]:
             unit = known_unit(said["before"] or "") or known_unit(said["after"] or "")
             if unit in LOADS and (newton := _newton(said["number"], unit)) > 0:
                 found[round(newton / GRAVITY_MPS2, 6)] = line.strip()
+        alone = [*IN_WORDS.finditer(line)]
+        if _HAS_ROBOT.search(line) and len(alone) == 1 and not _OF_A_PART.search(line):
+            unit = known_unit(alone[0][2]) or alone[0][2]
+            found[round(_newton(alone[0][1], unit) / GRAVITY_MPS2, 6)] = line.strip()
     return found
 
 
@@ -77,7 +109,7 @@ def _with_mass(plan: LogPlan) -> LogPlan:
     total = _total_n(plan)
     blanks = tuple(blank for blank in plan.blanks if blank is not MASS)
     if total is None or TOTAL_RANGE[0] < total / (mass * GRAVITY_MPS2) < TOTAL_RANGE[1]:
-        own = f"mass_kg = {mass:g}    # likely: '{line}' stands above the table"
+        own = f"mass_kg = {mass:g}    # likely: '{line}'"
         return replace(plan, robot=(own, *plan.robot), blanks=blanks)
     why = (
         f"the forces add up to {total:.3g} N, which is no mass of {mass:g} kg ('{line}'): correct "

@@ -11,6 +11,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.alike import groups_of
 from footcal_cli.sniff.attitudes import attitude_of
+from footcal_cli.sniff.bench_files_of_feet import benches_of_feet
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_index import with_index
 from footcal_cli.sniff.file_loads import escaped
@@ -19,7 +20,7 @@ from footcal_cli.sniff.foot_mounts import foot_mount
 from footcal_cli.sniff.frames import rate_asked
 from footcal_cli.sniff.geometry import with_places
 from footcal_cli.sniff.groups import readings, wrenches
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.hangings import asked_by_file
 from footcal_cli.sniff.hole_sheets import with_holes, with_holes_named
 from footcal_cli.sniff.hung_in_stand import with_hung_stance
@@ -29,7 +30,7 @@ from footcal_cli.sniff.legs_in_files import legs_in_files
 from footcal_cli.sniff.lifted import in_the_air_apart, with_lifted
 from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
-from footcal_cli.sniff.numbered import numbered, numbered_beside
+from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files
 from footcal_cli.sniff.one_sign import of_one_sign
 from footcal_cli.sniff.placed_feet import by_foot
@@ -38,23 +39,23 @@ from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
 from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
+from footcal_cli.sniff.row_stances import with_row_stances
 from footcal_cli.sniff.said_above import as_said_above
 from footcal_cli.sniff.shafts import with_shafts
 from footcal_cli.sniff.six_axis import HUNG_FIRST, NO_PHASE
 from footcal_cli.sniff.stepping import with_sides
+from footcal_cli.sniff.steps_beside import by_steps, posed, steps_of
 from footcal_cli.sniff.stretches import by_stretches
 from footcal_cli.sniff.twins import by_experiment, without_twins
 from footcal_cli.sniff.walking import walked
 from footcal_cli.tables.units import TIMES
 
-_LEAST_STEPS = 2
-
 
 def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     """Plans for all logs, and the logs that fit nothing."""
     parts, others = _planned(walked(with_shafts(with_known_pieces(files))))
-    made = [replace(part, plan=rate_asked(as_said_above(without_silent_rows(part.plan))))
-            for part in parts]  # fmt: skip
+    parts = [replace(p, plan=as_said_above(without_silent_rows(p.plan))) for p in parts]
+    made = [replace(p, plan=rate_asked(with_row_stances(p.plan))) for p in parts]
     if not any(part.plan.role == "zeros" for part in made):
         made = [replace(part, plan=with_hung_stance(part.plan)) for part in made]
     if any(part.plan.role == "hang" for part in made):  # it comes first, and is said by then
@@ -110,8 +111,11 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     parts, others = placed_apart, []
     alike = [own for whole in alike for own in in_the_air_apart(whole)]
     for group in [own for whole in alike for own in by_experiment(whole)]:
-        made = alike_part(group)
-        if made is None:
+        each = benches_of_feet(group)
+        made = None if each else alike_part(group)
+        if each:
+            parts += each
+        elif made is None:
             others += group
         else:
             plan = asked_by_file(made.plan, called(made.paths))
@@ -137,7 +141,7 @@ def _with_sheets(
             continue
         made = indexed(group, sheet)
         if made is None and len(group) == 1:
-            made = _posed(group[0], sheet)
+            made = posed(group[0], sheet)
         if made is not None:
             parts.append(made)
             left = [own for own in left if own is not group and own is not rest]
@@ -167,7 +171,7 @@ def _two(one: FileGuess, other: FileGuess) -> list[Part]:
             if made is not None:
                 return [made]
     for file, beside in ((one, other), (other, one)):
-        made = by_protocol(file, beside) or _by_steps(file, beside) or _posed(file, beside)
+        made = by_protocol(file, beside) or by_steps(file, beside) or posed(file, beside)
         if made is not None:
             return [made]
     for file, beside in ((one, other), (other, one)):
@@ -235,85 +239,6 @@ def _foot_speeds(file: FileGuess, body: FileGuess) -> dict[str, FloatArray]:
     return found
 
 
-def _steps(file: FileGuess, sheet: FileGuess) -> tuple[ColumnGuess, list[str]] | None:
-    """The column of numbered or named steps that a log shares with a sheet, and the sheet's names.
-
-    None where there is no such column, or the sheet does not say every step once.
-    """
-    keys = {c.column for c in sheet.columns} & {c.column for c in file.columns}
-    if len(keys) != 1 or sheet.rows >= file.rows:
-        return None
-    key = keys.pop()
-    named, ours = (next(c for c in f.columns if c.column == key) for f in (sheet, file))
-    called, found = _texts_of(named), set(_texts_of(ours))
-    if len(set(called)) < len(called) or not found <= set(called) or len(found) < _LEAST_STEPS:
-        return None
-    return ours, called
-
-
-def _at_steps(ours: ColumnGuess, called: Sequence[str], column: ColumnGuess) -> ColumnGuess:
-    """A column of a sheet at the rows of the log."""
-    by_name = dict(zip(called, numbers_of(column).tolist(), strict=True))
-    own = np.array([by_name[text] for text in _texts_of(ours)])
-    return replace(
-        column, column=ours.column, values=own, words=(), codes=None, format=None, pattern=None,
-        nanoseconds="", wraps_at=None, held=False, missing=(),
-    )  # fmt: skip
-
-
-def _names(called: Sequence[str], column: ColumnGuess) -> dict[str, str]:
-    """Steps -> the sheet's numbers, as a recipe has them."""
-    return {
-        text: f"{value:.10g}" for text, value in zip(called, numbers_of(column), strict=True)
-    }  # fmt: skip
-
-
-def _by_steps(file: FileGuess, steps: FileGuess) -> Part | None:
-    """Readings with the number of a step, and a table of what was put on at each step."""
-    loads = [c for c in steps.of("load") if c.values is not None]
-    shared = _steps(file, steps)
-    if len(loads) != 1 or shared is None:
-        return None
-    ours, called = shared
-    put = _at_steps(ours, called, loads[0].as_quantity("load", "likely", f"by {steps.path.name}"))
-    plan = plan_of(replace(file, columns=tuple(put if c is ours else c for c in file.columns)))
-    if plan is None or plan.entries.get("load_n") is None:
-        return None
-    entry = replace(plan.entries["load_n"], names=_names(called, loads[0]))
-    plan = replace(plan, entries={**plan.entries, "load_n": entry})
-    return Part(plan, (file.path,), escaped(file.path.name))
-
-
-def _posed(file: FileGuess, sheet: FileGuess) -> Part | None:
-    """A six-axis transducer with the number of a pose, and a sheet of the poses' attitudes."""
-    turned = [c for c in numbered_beside(sheet, file).of(*ATTITUDE) if c.values is not None]
-    shared = _steps(file, sheet)
-    if shared is None or not turned or not wrenches(numbered(file)):
-        return None
-    ours, called = shared
-    names = {(c.quantity, c.name.axis): _names(called, c) for c in turned}
-    joined = (_at_steps(ours, called, c) for c in turned)
-    plan = plan_of(replace(file, columns=(*file.columns, *joined)))
-    if plan is None:
-        return None
-    entries = {
-        name: entry if entry.column is None or entry.column.column != ours.column
-        else replace(entry, names=names.get((entry.column.quantity, entry.column.name.axis), {}))
-        for name, entry in plan.entries.items()
-    }  # fmt: skip
-    why = f"{plan.why}, by {sheet.path.name}"
-    plan = replace(plan, file=file, entries=entries, why=why)
-    return Part(plan, (file.path,), escaped(file.path.name))
-
-
-def _texts_of(column: ColumnGuess) -> list[str]:
-    """Cells of a column that numbers or names steps, as texts."""
-    if column.codes is not None:
-        return [column.words[i] if i >= 0 else "" for i in column.codes]
-    values = [] if column.values is None else column.values.tolist()
-    return [f"{v:.0f}" if v == v and v == round(v) else str(v) for v in values]
-
-
 def _turned(file: FileGuess, beside: FileGuess) -> tuple[FileGuess, Beside] | None:
     """A log with the attitude of another one: by stamps, without any by rows; None where neither.
 
@@ -354,7 +279,7 @@ def _with_attitude(group: Sequence[FileGuess], beside: FileGuess) -> Part | None
 
 def _of_holds(file: FileGuess, beside: FileGuess) -> Part | None:
     """A six-axis transducer, and attitudes of which nothing says when they were: that is asked."""
-    if beside.of("time") or beside.rows >= file.rows or _steps(file, beside) is not None:
+    if beside.of("time") or beside.rows >= file.rows or steps_of(file, beside) is not None:
         return None
     plan = plan_of(file)
     if plan is None or not any("attitude" in blank.why for blank in plan.blanks):

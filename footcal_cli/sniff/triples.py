@@ -18,6 +18,7 @@ from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.vocabulary import ANGLES
 
 _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
+_BRACKETED = re.compile(r"(.+?)[ _.]?(?:\[(\d)\]|\((\d)\))")
 _NUMBER = re.compile(r"([0-3])(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
 _TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
@@ -68,6 +69,7 @@ def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
         for letter in _LETTER.finditer(column.column):
             key = column.column[: letter.start()], column.column[letter.end() :]
             found.setdefault(key, {}).setdefault(letter[0].lower(), column)
+    found |= _in_brackets(columns)
     whole = [Axes(*key, own) for key, own in found.items() if {"x", "y", "z"} <= own.keys()]
     used = set[str]()
     kept = []
@@ -77,6 +79,18 @@ def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
             kept.append(axes)
             used |= names
     return [axes for axes in whole if axes in kept]
+
+
+def _in_brackets(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
+    """Three numbers of a vector by their place in it: ``pcom[0]``, ``pcom[1]``, ``pcom[2]``."""
+    stems: dict[str, dict[int, ColumnGuess]] = {}
+    for column in columns:
+        if (at := _BRACKETED.fullmatch(column.column)) and not column.counts:
+            stems.setdefault(at[1], {})[int(at[2] or at[3])] = column
+    return {
+        (f"{stem}[", "]"): dict(zip("xyz", (own[i] for i in sorted(own)), strict=True))
+        for stem, own in stems.items() if sorted(own) in ([0, 1, 2], [1, 2, 3])
+    }  # fmt: skip
 
 
 def quaternions(columns: Sequence[ColumnGuess], vectors: Sequence[Axes]) -> list[Axes]:

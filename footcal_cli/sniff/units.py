@@ -28,7 +28,8 @@ _ALSO = {
     "mpa": "MPa", "n/mm²": "MPa", "n/mm2": "MPa", "gpa": "GPa",
     "millimeter": "mm", "millimetre": "mm", "millimeters": "mm",
     "millimetres": "mm", "centimeters": "cm", "centimetres": "cm",
-    "meter": "m", "metre": "m", "meters": "m", "metres": "m", "s": "s", "m": "m", "n": "N",
+    "inch": "in", "inches": "in", "meter": "m", "metre": "m",
+    "meters": "m", "metres": "m", "s": "s", "m": "m", "n": "N",
     "dan": "daN", "decanewton": "daN",
     "кг": "kg", "г": "g", "н": "N", "кн": "kN", "мс": "ms", "с": "s", "мм": "mm", "мв": "mV",
     "كغ": "kg", "كجم": "kg", "غ": "g", "غرام": "g", "نيوتن": "N", "کیلوگرم": "kg", "گرم": "g",
@@ -139,8 +140,8 @@ def split_unit(name: str) -> tuple[str, str | None, float]:
     parted = _COUNTED.fullmatch(found["unit"].strip()) if found else None
     if found and parted and (unit := known_unit(parted[2])) and float(parted[1]) > 0:
         return found["stem"], unit, float(parted[1])
-    if ratio := _RATIO.search(name):
-        return name[: ratio.start()], "mV/V", 1.0
+    if ratio := _RATIO.search(f" {name}"):
+        return name[: max(ratio.start() - 1, 0)] or name, "mV/V", 1.0
     product = _PRODUCT.search(name)
     if product and (unit := known_unit(product["unit"])) is not None:
         return name[: product.start()].rstrip("_ /.-,"), unit, 1.0

@@ -6,6 +6,7 @@ Room: sniff; asked by names.
 from __future__ import annotations
 
 import re
+import unicodedata
 from typing import Literal
 
 Quantity = Literal[
@@ -22,12 +23,13 @@ _SPELLINGS: dict[Quantity, str] = {
     "时间 時間 时刻 jikoku jikan aika aeg čas czas zaman idő vrijeme vreme timp laikas χρόνος",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
     "subframe sub messung probe nummer posture haltung stellung junban bangou "
-    "paso pasos schritt etapa étape",
+    "paso pasos schritt etapa étape amostra muestra échantillon campione próbka vzorek näyte",
     "load": "load weight mass masse gewicht last poids charge peso carga applied known reference "
     "ref true nominal referenz belastung soll target gewichte weights loads std standard setpoint "
     "gross net brutto netto lordo bruto neto added increment zugelegt "
     "kraft_soll ounce ounces gram grams gramm kilogram pound pounds vikt pesa pesas pesata "
-    "fundou omori hmotnost závaží zatížení masa ciężar obciążenie odważnik tömeg terhelés ağırlık "
+    "fundou omori vekt vægt lodd lod lodder gewichten waga závažia súly "
+    "hmotnost závaží zatížení masa ciężar obciążenie odważnik tömeg terhelés ağırlık "
     "agirlik kütle kutle kuorma paino punnus "
     "massa appliqué appliquée aplicada "
     "carico put aufgelegt масса вес нагрузка груз эталон 质量 重量 载荷 负载 砝码 荷重 荷重",
@@ -79,6 +81,7 @@ COUNTED = ("ch", "chan", "kanal", "canal")
 """A small whole number that is called so says of which channel a row is. Groups of rows below a
 title are called ``channel`` whatever they are of, so that this word alone says less."""
 OF_A_ROW = {*COUNTED, "channel", "sensor", "cell", "zelle", "celda", "cella", "cellule", "capteur",
+            "celle", "cel", "célula", "celula",
             "snímač", "snimac", "buňka", "anturi", "czujnik", "hücre", "hucre", "sensore", "sensör",
             "érzékelő", "givare", "opnemer", "датчик"}  # fmt: skip
 """Names of columns that say which channel a row is of, if a few whole numbers take turns there."""
@@ -90,6 +93,7 @@ SAID_OTHERWISE = tuple(
         (rf"{_CENTRE_OF}(?:mass[ae]?|masas?|gravity|gravité|gravedad|gravidade|gravità)(?![^\W_])"
          r"|(?<![^\W_])(?:(?:massen)?(?:schwer|mittel)punkt|baricentro|barycentre|cdm|cdg|juushin|"
          r"cog(?=[\W_]?[xyz](?![^\W_])))", "com"),
+        (r"com(?=[xyz](?![^\W_]))", "com"), (r"foot(?=[xyz](?![^\W_]))", "foot"),
         (r"(?<![^\W_])(?:pie|pied|piede|fuß|fuss|voet)(?![^\W\d_])", "foot"),
     )
 )  # fmt: skip
@@ -182,3 +186,26 @@ NOT_OF_CELLS = {
     "covariance", "cov",
 }  # fmt: skip
 """Words for what no load cell reads: of an IMU, of muscles, of distances."""
+
+
+_AS_ASCII = (
+    str.maketrans({"ø": "oe", "ö": "oe", "ä": "ae", "æ": "ae", "å": "aa", "ü": "ue", "ß": "ss"}),
+    str.maketrans("øöäåüłđı", "ooaauldi"),
+)
+_SHORTEST = 4
+
+
+def _plainly(words: dict[str, str]) -> None:
+    """Add what keyboards without a language's letters write: ``hoejre`` and ``hojre``, højre."""
+    for word, said in [*words.items()]:
+        for letters in _AS_ASCII:
+            parts = unicodedata.normalize(
+                "NFD", unicodedata.normalize("NFC", word).translate(letters)
+            )
+            plain = "".join(c for c in parts if not unicodedata.combining(c))
+            if len(plain) >= _SHORTEST and plain.isascii():
+                words.setdefault(plain, said)
+
+
+for _words in (WORDS, SIDES, ENDS, ANGLES):
+    _plainly(_words)  # type: ignore[arg-type]

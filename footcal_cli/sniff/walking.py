@@ -17,7 +17,8 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
 from footcal_cli.sniff.feet_weighed import in_kilograms
-from footcal_cli.sniff.frame_clocks import with_frame_clocks
+from footcal_cli.sniff.file_loads import by_letters
+from footcal_cli.sniff.frame_clocks import at_said_rate, with_frame_clocks
 from footcal_cli.sniff.groups import bracketed_end, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
@@ -34,16 +35,14 @@ while another foot is."""
 _LEAST = 20
 _SERIAL = 3
 """Digits of a number that is no count of the cells of a foot."""
-_PAIRS = ("id", "gd", "sd", "ed", "lr", "hm", "vh")
-"""First letters of left and right: izquierda, gauche, sinistra, esquerda, hidari, vänster."""
 
 
 def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     """Logs with a body's stream recognised, and cells under the names of their feet."""
-    bodies = [body_of(file) for file in files]
+    files, bodies = _with_bodies(files)
     if not any(bodies):
-        files = joined_body(files)
-        bodies = [body_of(file) if file.joined else None for file in files]
+        counted, seen = _with_bodies([at_said_rate(file) for file in files])
+        files, bodies = (counted, seen) if any(seen) else (files, bodies)
     files = [
         standing(file) if body is None else body.file
         for file, body in zip(files, bodies, strict=True)
@@ -69,6 +68,15 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     ]
 
 
+def _with_bodies(files: Sequence[FileGuess]) -> tuple[Sequence[FileGuess], list[BodyLog | None]]:
+    """Logs and the body's stream in each; several that are one stream together are one of them."""
+    bodies = [body_of(file) for file in files]
+    if not any(bodies):
+        files = joined_body(files)
+        bodies = [body_of(file) if file.joined else None for file in files]
+    return files, bodies
+
+
 def _by_names(cells: Sequence[ColumnGuess]) -> list[str]:
     """The foot of each cell by its name; empty where names do not say it of all cells.
 
@@ -90,10 +98,8 @@ def _by_names(cells: Sequence[ColumnGuess]) -> list[str]:
     both = [[n for n, h in zip(numbers, heads, strict=True) if h == end] for end in ends]
     if len(ends) != 2 or sorted(both[0]) != sorted(both[1]) or len(both[0]) < 2:
         return []
-    for one, other in (ends, ends[::-1]):
-        if (one[-1:] + other[-1:]).lower() in _PAIRS and one[:-1] == other[:-1]:
-            return ["left" if head == one else "right" for head in heads]
-    return []
+    called = dict(zip(ends, by_letters([end[::-1] for end in ends]), strict=False))
+    return [called[head] for head in heads] if called else []
 
 
 def _sides(cells: Sequence[ColumnGuess]) -> list[str]:

@@ -74,7 +74,8 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
     """
     if layout.plain:
         frame = frame_of(_with_plain_signs(_bytes(path)), path, texts)
-        return frame, np.arange(len(frame), dtype=np.int64) + 2
+        said = ~frame.isna().all(axis=1).to_numpy() | (frame.shape[1] == 1)  # no line of commas
+        return frame[said].reset_index(drop=True), np.flatnonzero(said) + 2
     if layout.line:
         return _searched(path, layout)
     import pandas as pd

@@ -97,6 +97,9 @@ def raw_columns(
     DataError
         The file cannot be read to its end, or holds a type that is neither number, text nor time.
     """
+    if layout is not None and layout.row_lasts > 1:
+        each = raw_columns(path, names, texts, replace(layout, row_lasts=1))
+        return {name: column.lasting(layout.row_lasts) for name, column in each.items()}
     if layout is not None and (pivot := layout.pivot) is not None:
         own, flat = own_names(names, pivot), replace(layout, pivot=None)
         asked = {*own_names(list(texts), pivot)} - {*pivot.by, pivot.at}

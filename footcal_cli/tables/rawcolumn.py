@@ -52,6 +52,12 @@ class RawColumn:
         lines = None if self.lines is None else self.lines[kept]
         return replace(self, values=self.values[kept], empty=self.empty[kept], lines=lines)
 
+    def lasting(self, rows: int) -> RawColumn:
+        """The column with each of its rows so many times."""
+        again = np.repeat(np.arange(len(self.values)), rows)
+        lines = None if self.lines is None else self.lines[again]
+        return replace(self, values=self.values[again], empty=self.empty[again], lines=lines)
+
     def row(self, position: int) -> str:
         """A row for people: lines of a text file, rows of Parquet counted from 1."""
         return f"row {position + 1}" if self.lines is None else f"line {self.lines[position]}"

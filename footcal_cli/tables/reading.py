@@ -88,6 +88,7 @@ class Layout:
     thousands: str = ""
     until: str = ""
     turned: bool = False
+    row_lasts: int = 1
     pivot: Pivot | None = None
 
     @property

@@ -1,0 +1,86 @@
+"""What notes among the logs say: masses, rates, weights on holes, places."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from footcal_cli.sniff.guesses import FileGuess, numbers_of
+from footcal_cli.sniff.listed_places import places_in
+from footcal_cli.sniff.notes import notes_among, units_in
+from footcal_cli.sniff.plan import rate_said
+from footcal_cli.sniff.said_above import _masses
+from footcal_cli.sniff.text import TextGuess
+from footcal_cli.tables.reading import Layout
+from tests.conftest import Run
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["Places in mm:", "- FL: 60, 35", "- FR: 60, -35", "- RL: -60, 35"],
+        ["| cell | x [mm] | y [mm] |", "|---|---|---|", "| FL | 60 | 35 |", "| FR | 60 | -35 |",
+         "| RL | -60 | 35 |"],
+        ["Cells (mm): FL (60, 35), FR (60, -35), RL (-60, 35)"],
+        ["Zellen in cm", "* FL: 6; 3,5", "* FR: 6; -3,5", "* RL: -6; 3,5"],
+        ["FL: x = 60 mm, y = 35 mm", "FR: x = 60 mm, y = -35 mm", "RL: x = -60 mm, y = 35 mm"],
+    ],
+)  # fmt: skip
+def test_places_that_notes_list(lines: list[str]) -> None:
+    sheet = places_in(Path("notes.md"), "\n".join(["# Robot", "", *lines]))
+    assert sheet is not None
+    name, x, y = sheet.columns
+    assert name.words == ("FL", "FR", "RL")
+    metres = {"mm": 1e-3, "cm": 1e-2}[x.unit or ""]
+    assert np.allclose(metres * numbers_of(x), [0.06, 0.06, -0.06])
+    assert np.allclose(metres * numbers_of(y), [0.035, -0.035, 0.035])
+
+
+@pytest.mark.parametrize(
+    "text", ["10:32: 60, 35", "Loads: 0, 1, 2, 5 kg", "run 1: 3, 4\nrun 2: 5, 6"]
+)
+def test_other_numbers_are_no_places(text: str) -> None:
+    assert places_in(Path("notes.md"), text) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "mass_kg"),
+    [
+        ("Robottens masse er 5,2 kg.", 5.2), ("Der Roboter wiegt 5,2 kg", 5.2),
+        ("Biped, 5.2 kg with battery.", 5.2), ("体重: 61.5 kg", 61.5), ("Masa robota: 5,2 kg", 5.2),
+        ("Total mass with battery 5.2 kg.", 5.2), ("Robot: 5200 g", 5.2),
+        ("Each foot has a mass of 0.3 kg", None), ("peso campione di 2,5 kg", None),
+        ("Kalibriergewicht 2 kg", None),
+    ],
+)  # fmt: skip
+def test_the_mass_of_a_robot_in_words(line: str, mass_kg: float | None) -> None:
+    assert [*_masses([line])] == ([] if mass_kg is None else [mass_kg])
+
+
+@pytest.mark.parametrize(
+    ("line", "rate_hz"),
+    [
+        ("taxa de amostragem 100 Hz", 100.0), ("Fréquence;100 Hz", 100.0),
+        ("sampled at 80 Hz", 80.0), ("low-pass at a frequency of 10 Hz", None),
+    ],
+)  # fmt: skip
+def test_a_rate_in_words(line: str, rate_hz: float | None) -> None:
+    file = FileGuess(Path("a.csv"), TextGuess(Layout(), above=(line,)), (), 0)
+    assert rate_said(file) == rate_hz
+
+
+def test_units_of_vectors_in_notes() -> None:
+    assert units_in("F em N, M em N.mm; pcom em m") == {"force": "N", "torque": "N*mm"}
+
+
+def test_notes_with_a_table_of_weights_are_a_log(tmp_path: Path, run: Run) -> None:
+    log, notes = tmp_path / "bench.md", tmp_path / "notes.md"
+    rows = (f"| {kg} | {round(8e6 - 1e5 * kg)} |" for kg in (0, 1, 2, 5, 10))
+    log.write_text("\n".join(["| load_kg | counts |", "|---|---|", *rows]) + "\n")
+    notes.write_text("| cell | x | y |\n|---|---|---|\n| a | 1 | 2 |\n")
+    assert notes_among([log, notes]) == [notes]
+    assert notes_among([log]) == []
+    done = run("init", log, notes, "-o", tmp_path / "r.toml")
+    assert "load_kg -> load_n in kg" in done.out
