@@ -142,7 +142,9 @@ def _zeros_of(session: Session[Any], logs: Sequence[FloatArray], channels: Seque
     from footcal_cli.core.checks.streams import check_zeros_in_order
 
     each = -(-_PIECES // len(logs))
-    pieces = [piece for log in logs for piece in np.array_split(log, min(each, len(log)))]
+    # a row that stands for many is one reading
+    new = [log[np.any(np.diff(log, axis=0, prepend=np.nan) != 0.0, axis=1)] for log in logs]
+    pieces = [piece for log in new for piece in np.array_split(log, min(each, len(log)))]
     means = np.array([np.nanmean(piece, axis=0) for piece in pieces])
     session.note(check_zeros_in_order(means, channels))
     spread = means.std(axis=0, ddof=1) if len(means) > 1 else np.zeros(len(channels))

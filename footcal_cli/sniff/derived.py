@@ -30,6 +30,9 @@ _TARED = 1e-4
 _PRINTED = 1e-5
 """How exactly a multiple agrees, of the largest number: as far as both were printed."""
 
+IS_SCATTER = "the scatter of what was read"
+"""Why a column is no reading that says how far the readings of a mean lay apart."""
+
 
 def without_derived(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """A table's columns, those worked out of others, and positions, as no reading."""
@@ -51,9 +54,8 @@ def _without_scatter(columns: list[ColumnGuess]) -> list[ColumnGuess]:
             rest == said[c.column] - set(_CENTRES) for c in columns if c is not column
         )
 
-    why = "the scatter of what was read"
     return [
-        c.as_quantity("other", "likely", why) if c.values is not None and scatter(c) else c
+        c.as_quantity("other", "likely", IS_SCATTER) if c.values is not None and scatter(c) else c
         for c in columns
     ]
 

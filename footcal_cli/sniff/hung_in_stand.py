@@ -35,23 +35,25 @@ def with_hung_stance(plan: LogPlan) -> LogPlan:
     table = np.column_stack([numbers_of(c) for c in read])
     least = _LEAST_ROWS if plan.file.layout.row_lasts == 1 else 1
     for column in plan.file.columns:
-        if (called := _called(column, len(table))) is not None:
+        if called := _called(column, len(table)):
             return replace(plan, zeros_where={column.column: called})
         said = None if column.column in used else _spells(column, len(table), least)
         at = None if said is None else _hung(table, said)
         if said is not None and at is not None:
-            return replace(plan, zeros_where={column.column: said[at][0]})
+            return replace(plan, zeros_where={column.column: (said[at][0],)})
     return plan
 
 
-def _called(column: ColumnGuess, rows: int) -> str | None:
-    """The one text of a column that says in words which of the rows are of a robot in the air."""
+def _called(column: ColumnGuess, rows: int) -> tuple[str, ...]:
+    """Texts of a column that say in words which of the rows are of a robot in the air."""
     if column.codes is None or column.codes.size != rows:
-        return None
-    there = [column.words[i] for i in np.unique(column.codes[column.codes >= 0])]
-    found = [word for word in there if _in_the_air(word)]
-    held = np.mean(column.codes == column.words.index(found[0])) if found else 1.0
-    return found[0] if len(found) == 1 and held < _SELDOM else None
+        return ()
+    found = tuple(
+        word for i in np.unique(column.codes[column.codes >= 0])
+        if _in_the_air(word := column.words[i])
+    )  # fmt: skip
+    held = np.mean(np.isin(column.codes, [column.words.index(word) for word in found]))
+    return found if held < _SELDOM else ()
 
 
 def _in_the_air(text: str) -> bool:

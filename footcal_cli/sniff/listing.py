@@ -65,7 +65,7 @@ def _listed(part: Part) -> list[str]:
         elif column.column in behind:
             lines.append(f"  {column.column} -> behind {behind[column.column]}")
         elif column.column in part.plan.zeros_where:
-            text = part.plan.zeros_where[column.column]
+            text = " or ".join(part.plan.zeros_where[column.column])
             lines.append(f"  {column.column} -> zeros where it is {text}   likely: no cell "
                          "carries anything there")  # fmt: skip
         elif column.column in choosing:

@@ -105,7 +105,7 @@ class LogPlan:
     moving
         The same sensors where the body's motion is known, if that makes more of them.
     zeros_where
-        Column -> text of the rows in which the robot hangs.
+        Column -> texts of the rows in which the robot hangs.
     """
 
     file: FileGuess
@@ -126,7 +126,7 @@ class LogPlan:
     feet: tuple[str, ...] = ()
     mounting: str = ""
     moving: LogPlan | None = None
-    zeros_where: Mapping[str, str] = field(default_factory=dict)
+    zeros_where: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def ready(self) -> bool:

@@ -133,7 +133,9 @@ def _file_lines(part: Part, several: bool) -> list[str]:
         why = "likely: the usual step of its stamps" if plan.file.of("time") else why
         own.append(f"rate_hz = {plan.rate_hz:g}    # {why}")
     if plan.zeros_where:
-        own.append(f"zeros_where = {_table(plan.zeros_where)}    # likely: nothing on the cells")
+        texts = {c: _list(t) if t[1:] else _quoted(t[0]) for c, t in plan.zeros_where.items()}
+        rows = ", ".join(f"{_key(column)} = {text}" for column, text in texts.items())
+        own.append(f"zeros_where = {{ {rows} }}    # likely: nothing on the cells")
     for beside in part.beside:
         offset = f", offset_s = {beside.offset_s!r}" if beside.offset_s else ""
         if beside.how:

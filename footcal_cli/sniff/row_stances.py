@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.derived import IS_SCATTER
 from footcal_cli.sniff.guesses import numbers_of
 from footcal_cli.sniff.plan import NO_RATE, LogPlan
 
@@ -22,9 +23,13 @@ _HELD_S = 3.0
 
 
 def with_row_stances(plan: LogPlan) -> LogPlan:
-    """A stand whose rows are stances, each of them held for seconds; any other plan as it is."""
-    rows = plan.file.rows
-    if plan.role != "cells" or plan.command != "static-init" or plan.rate_hz is None:
+    """A stand whose rows are stances, each of them held for seconds; any other plan as it is.
+
+    A walk whose rows bring the scatter of what was read is one, too: its rows are means.
+    """
+    rows, means = plan.file.rows, any(c.why == IS_SCATTER for c in plan.file.columns)
+    stands = plan.command == "static-init" or (plan.command == "online-replay" and means)
+    if plan.role != "cells" or not stands or plan.rate_hz is None:
         return plan
     if not _LEAST_ROWS <= rows <= _MOST_ROWS or "time_s" in plan.entries:
         return plan
@@ -36,7 +41,8 @@ def with_row_stances(plan: LogPlan) -> LogPlan:
     layout = replace(plan.file.layout, row_lasts=round(_HELD_S * plan.rate_hz))
     file = replace(plan.file, text=replace(plan.file.text, layout=layout))
     blanks = tuple(blank for blank in plan.blanks if blank is not NO_RATE)
-    return replace(plan, file=file, blanks=blanks, kind=f"{plan.kind}, a row for each stance")
+    kind = f"{plan.kind}, a row for each stance"
+    return replace(plan, file=file, blanks=blanks, kind=kind, command="static-init")
 
 
 def _changes(values: FloatArray) -> float:

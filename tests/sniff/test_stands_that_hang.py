@@ -83,6 +83,25 @@ def one_file(folder: Path) -> list[Path]:
     return [path]
 
 
+def rows_of_means(folder: Path) -> list[Path]:
+    """A row for each stance, mean and scatter of each cell; the robot hung before and after."""
+    rng = np.random.default_rng(3)
+    cells = [f"{s}_{n}" for s in ("left", "right") for n in ("toe", "heel_l", "heel_r")]
+    columns = [f"{cell}_{what}_N" for cell in cells for what in ("mean", "std")]
+    columns += [f"{s}_sole_{axis}" for s in ("left", "right") for axis in "xyz"]
+    hung = (np.array([[0.0, 0.13], [0.0, -0.13]]), np.zeros(2), np.zeros(6))
+    lines = [",".join(["stance", *columns, "com_x", "com_y", "com_z"])]
+    every = [("air_start", hung), *enumerate(stances(rng), 1), ("air_end", hung)]
+    for name, (soles, com, force) in every:
+        noisy = read(force, rng, 400)
+        means = np.column_stack([noisy.mean(axis=0), noisy.std(axis=0)]).ravel()
+        feet = [v for x, y in soles for v in (x, y, 0.0)]
+        lines.append(",".join([str(name), *(f"{v:.4f}" for v in (*means, *feet, *com, 0.7))]))
+    path = folder / "standing_stats.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return [path]
+
+
 def filled(text: str) -> str:
     """The recipe with the mass and the places of the cells."""
     text = re.sub(r"(?m)^# mass_kg =.*$", f"mass_kg = {WEIGHT_N / 9.80665:.4f}", text)
@@ -96,15 +115,29 @@ def filled(text: str) -> str:
     return re.sub(r"(?m)^# (\S+) = \{ x_m = , y_m =  \}$", placed, text)
 
 
-@pytest.mark.parametrize("write", [files, one_file], ids=["files", "one file"])
-def test_the_hanging_robot_gives_the_zeros(run: Run, write: object, tmp_path: Path) -> None:
+WRITERS = pytest.mark.parametrize(
+    ("write", "where"),
+    [
+        (files, ""),
+        (one_file, 'stance_id = "0"'),
+        (rows_of_means, 'stance = ["air_start", "air_end"]'),
+    ],
+    ids=["files", "one file", "rows of means"],
+)
+
+
+@WRITERS
+def test_the_hanging_robot_gives_the_zeros(
+    run: Run, write: object, where: str, tmp_path: Path
+) -> None:
     recipe, out = tmp_path / "my.toml", tmp_path / "out"
     answer = run("init", *write(tmp_path), "-o", recipe)  # type: ignore[operator]
     assert answer.exit_code == 0, answer.err
     assert "left out" not in answer.out
     text = recipe.read_text(encoding="utf-8")
     assert "zeros = [" in text
-    assert ('zeros_where = { stance_id = "0" }' in text) is (write is one_file)
+    assert ("zeros_where" in text) is bool(where)
+    assert where in text
     recipe.write_text(filled(text), encoding="utf-8")
     answer = run("static-init", "--recipe", recipe, "--out", out)
     assert answer.exit_code == 0, answer.err + answer.out

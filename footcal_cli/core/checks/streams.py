@@ -212,8 +212,8 @@ def check_zeros_in_order(counts: FloatArray, names: Sequence[str]) -> list[Findi
     return [
         Finding(
             "zero_moves", "warning", names[most],
-            f"its zero goes by {moved[most]:,.0f} counts from the first reading without load to "
-            f"the last, those of the other cells by {usual:,.0f}",
+            f"its zero goes by {moved[most]:,.4g} counts from the first reading without load to "
+            f"the last, those of the other cells by {usual:,.4g}",
             "let the cells warm up, or take zeros before each round and give each round its own",
         )
     ]  # fmt: skip
