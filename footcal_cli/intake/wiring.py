@@ -62,10 +62,11 @@ def _exchanged(log: Log, belief: Belief) -> list[Finding]:
     known = np.isfinite(reference.fz_n) & np.isfinite(arms).all(axis=(1, 2))
     stands = (np.nan_to_num(log.known["contact"]) != 0.0).any(axis=1)
     rows = np.flatnonzero(known & stands & np.isfinite(log.readings).all(axis=1))
-    if not rows.size:  # insoles without a robot know no CoP that is demanded
+    if rows.size:
+        rows = _unhurried(log, reference.cop_m, rows)
+        rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
+    if not rows.size:  # insoles without a robot, or a few rows, know no CoP that is demanded
         return []
-    rows = _unhurried(log, reference.cop_m, rows)
-    rows = rows[:: max(rows.size // _MOST_ROWS, 1)]
     forces = belief.forces(log.readings[rows])
     return check_balanced(forces, log.channels, arms[rows], reference.fz_n[rows])
 
@@ -88,8 +89,9 @@ def _feet_exchanged(log: Log, readings: FloatArray) -> list[Finding]:
 def _unhurried(log: Log, cop_m: FloatArray, rows: IntArray) -> IntArray:
     """The half of these rows in which the demanded CoP moves least: a delay hardly shows there."""
     speed = np.hypot(*np.gradient(cop_m, log.time_s, axis=0).T)[rows]
-    slow: IntArray = rows[speed <= np.nanmedian(speed)]
-    return slow
+    known = np.isfinite(speed)
+    rows, speed = rows[known], speed[known]
+    return rows[speed <= np.median(speed)] if rows.size else rows
 
 
 def _carried(merged: Merged) -> list[Finding]:

@@ -146,3 +146,17 @@ def test_the_hanging_robot_gives_the_zeros(
     record = read_record(ParametersRecord, out / "parameters.json")
     zeros = [-p.value for name, p in record.parameters.items() if name.endswith(".bias")]
     np.testing.assert_allclose(zeros, ZERO_N, atol=1.5)
+
+
+def test_ten_rows_of_stances_are_refused_as_no_quiet_standing(run: Run, tmp_path: Path) -> None:
+    """In none of them the CoP stood still enough to compare cells by it, which was a crash."""
+    recipe = tmp_path / "my.toml"
+    (path,) = rows_of_means(tmp_path)
+    assert run("init", path, "-o", recipe).exit_code == 0
+    text = re.sub(r"(?m)^(row_lasts|zeros).*\n", "", recipe.read_text(encoding="utf-8"))
+    recipe.write_text(filled(text), encoding="utf-8")
+    header, _, *stands = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join([header, *stands[:10]]) + "\n", encoding="utf-8")
+    answer = run("static-init", "--recipe", recipe, "--out", tmp_path / "out")
+    assert answer.exit_code == 3
+    assert "no quiet standing" in answer.err
