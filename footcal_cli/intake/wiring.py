@@ -29,7 +29,7 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
 
         walks = experiment == "walk"
         feet = _feet_exchanged(log, log.readings) if walks else []
-        moved = _zeros(merged, log.readings, AXIS_UNITS.index("Nm")) if walks else []
+        moved = _zeros(merged, log.readings) if walks else []
         return feet or [*_carried(merged), *check_turned_feet(log), *moved]
     if experiment != "walk":
         return _exchanged(log, belief)
@@ -39,17 +39,11 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     return wrong or [*_zeros(merged, forces), *_exchanged(log, belief)]
 
 
-def _zeros(merged: Merged, forces_n: FloatArray, axes: int = 1) -> list[Finding]:
-    """Cells that read another force in the air at the end of a walk than at its beginning.
-
-    Parameters
-    ----------
-    axes
-        Of a transducer's six, so many are forces.
-    """
+def _zeros(merged: Merged, forces_n: FloatArray) -> list[Finding]:
+    """Sensors that read another force in the air at the end of a walk than at its beginning."""
     log, forces = merged.log, np.arange(merged.log.readings.shape[1])
     if is_six_axis(log.channels):
-        forces = forces[forces % len(AXES) < axes]
+        forces = forces[forces % len(AXES) < AXIS_UNITS.index("Nm")]
     in_air = channel_contact(log)[:, forces] == 0.0
     names = [log.channels[i] for i in forces]
     return check_zeros(forces_n[:, forces], in_air, names, merged.weight_n)

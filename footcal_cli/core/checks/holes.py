@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from footcal_cli.core.checks.lines import moved_between_ends
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.plausibility import check_shares
 from footcal_cli.core.quality import Finding, listed
@@ -238,9 +239,7 @@ def _moved_zeros(
     if len(empty_n) < 2 or not len(cells) or not np.isfinite(empty_n).all():
         return
     weight = float(np.nanmedian(np.abs(load_n[load_n != 0.0])))
-    few = max(len(empty_n) // 4, 1)
-    moved = empty_n[-few:].mean(axis=0) - empty_n[:few].mean(axis=0)
-    chance = np.sqrt(np.mean(np.diff(empty_n, axis=0) ** 2, axis=0) / few)
+    moved, chance = moved_between_ends(empty_n)
     most = int(np.argmax(np.abs(moved)))
     if len(empty_n) > _PAIR and abs(moved[most]) < _MOVED_SD * chance[most]:
         return

@@ -1,4 +1,4 @@
-"""Straight lines through readings of which a few are far off."""
+"""Straight lines through readings of which a few are far off; how far a series moved by its end."""
 
 from __future__ import annotations
 
@@ -35,3 +35,18 @@ def least_absolute(design: FloatArray, target: FloatArray) -> FloatArray:
         sd = median_sd(residual)
         weight = 1.0 / np.sqrt(np.maximum(np.abs(residual), 0.1 * sd + 1e-12))
     return residual
+
+
+def moved_between_ends(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far the last quarter of a series lies above the first on average, and the sd of that.
+
+    By differences between neighbours (von Neumann 1941), which what moves slowly leaves alone.
+
+    Parameters
+    ----------
+    values
+        Shape (n,) or (n, c).
+    """
+    quarter = max(len(values) // 4, 1)
+    moved = values[-quarter:].mean(axis=0) - values[:quarter].mean(axis=0)
+    return moved, np.sqrt(np.mean(np.diff(values, axis=0) ** 2, axis=0) / quarter)

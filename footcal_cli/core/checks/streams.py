@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from footcal_cli.core.checks.lines import moved_between_ends
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.quality import Finding, listed
 from footcal_cli.core.signals import stretches
@@ -146,9 +147,6 @@ def check_zeros(
 ) -> Iterator[Finding]:
     """Compare what cells read in the first and in the last quarter of their swings: their zeros.
 
-    The sd of a swing is that of differences between neighbouring ones (von Neumann 1941), which a
-    zero that moves slowly leaves alone.
-
     Parameters
     ----------
     forces_n
@@ -167,11 +165,9 @@ def check_zeros(
         ]
         means = [float(np.mean(s)) for s in swings if s.size and np.isfinite(s).all()]
         zero = np.array(means[1:-1])  # a gait begins and ends with swings of their own
-        quarter = zero.size // 4
-        if quarter < _FEWEST_SWINGS:
+        if zero.size // 4 < _FEWEST_SWINGS:
             continue
-        moved = float(zero[-quarter:].mean() - zero[:quarter].mean())
-        sd = float(np.sqrt(np.mean(np.diff(zero) ** 2) / quarter))
+        moved, sd = map(float, moved_between_ends(zero))
         if abs(moved) > max(ZERO_MOVES * weight_n, ZERO_SD * sd):
             yield Finding(
                 "zero_moves", "warning", name,

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core import chances
+from footcal_cli.core.checks.lines import moved_between_ends
 from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.contenders import refitted_with
 from footcal_cli.core.diagnosis.inquiry import Inquiry
@@ -84,9 +85,7 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
         time_s, mean, unit = at_rest(problem, name)
         if time_s.size >= _FEWEST and unit == "N":
             trends[name] = abs(float(np.polyfit(time_s, mean, 1)[0]))
-            moved_n[name] = abs(
-                float(mean[-(mean.size // 4) :].mean() - mean[: mean.size // 4].mean())
-            )
+            moved_n[name] = abs(float(moved_between_ends(mean)[0]))
     if not trends:
         return "", 1.0
     most = max(trends, key=trends.__getitem__)
