@@ -102,10 +102,12 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
     from footcal_cli.intake.cases.weights import found_alone
     from footcal_cli.records.diagnosis import DiagnosisRecord
     from footcal_cli.records.files import read_record
+    from footcal_cli.session.before import begin_before
     from footcal_cli.session.extended import extended
     from footcal_cli.sheets.diagnosis.report import DiagnosisRequest, outcome_of
 
     request, before = session.request, session.options.after
+    begin_before(session)
     # of a folder only those files are logs that are of the kind
     reader = session.part(groups[0].logs) if groups else session
     table = _table(session)

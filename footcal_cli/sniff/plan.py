@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.units import SHARES
 from footcal_cli.tables.canonical import NOT_SAID as NOT_SAID
+from footcal_cli.tables.pieces import add_up
 
 _HZ = r"(\d+(?:[.,]\d+)?)\s*(k?)(?:Hz|SPS|S/s)\b"
 _SAMPLED = (
@@ -205,6 +206,18 @@ def extras(file: FileGuess) -> dict[str, Entry]:
         for column in file.of(quantity)[:1]:
             found[name] = of(column)
     return found
+
+
+def pieces_under(load: ColumnGuess, columns: Sequence[ColumnGuess]) -> dict[str, Entry]:
+    """A column of texts that says of which pieces each load is made."""
+    for column in columns:
+        if column.codes is None or len(column.codes) != len(numbers_of(load)):
+            continue
+        said = [column.words[code] if code >= 0 else "" for code in column.codes]
+        if add_up(said, numbers_of(load)):
+            why = "every load is the sum of these pieces"
+            return {"pieces": Entry(column, sure="likely", why=why)}
+    return {}
 
 
 def reading_entry(column: ColumnGuess) -> Entry:

@@ -26,6 +26,7 @@ from footcal_cli.sniff.plan import (
     extras,
     load_entry,
     of,
+    pieces_under,
     reading_entry,
     times,
 )
@@ -127,6 +128,7 @@ def weights(
         if direction and (direction[0].values is not None or direction[0].names):
             entries["direction"] = of(direction[0])
         entries |= {"channel": channel, "counts": reading_entry(cell)}
+        entries |= pieces_under(load, [c for c in file.of("label") if c not in labels])
         return LogPlan(
             file, "known weights, one row per reading", "a load next to each reading",
             "likely", "offline-fit", "weights", entries,

@@ -124,6 +124,7 @@ def weights_table() -> TableType:
             Column("time_s", "time stamp", optional=True),
             Column("temperature_degc", "temperature at the cell", optional=True),
             Column("direction", "+1 loading, -1 unloading", optional=True),
+            Column("pieces", "names of the weights in the stack: W1+W2", "text", optional=True),
             Column("repeat", "number of the repetition", optional=True),
             Column("session", "recording session", kind="text", optional=True),
         ),

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.parameters import BoolArray
+from footcal_cli.core.parameters import BoolArray, FloatArray
 
 RawKind = Literal["number", "truth", "text", "stamp", "duration"]
 
@@ -61,3 +61,14 @@ class RawColumn:
     def row(self, position: int) -> str:
         """A row for people: lines of a text file, rows of Parquet counted from 1."""
         return f"row {position + 1}" if self.lines is None else f"line {self.lines[position]}"
+
+
+_BETWEEN_STANCES_S = 2.0
+"""Nobody noted how long the robot moved; long enough for two stances to be two."""
+
+
+def counted(rows: int, rate_hz: float, row_lasts: int) -> FloatArray:
+    """Seconds of so many rows, shape (rows,); a pause between stances of a row each."""
+    count = np.arange(rows, dtype=np.float64)
+    pause = _BETWEEN_STANCES_S * (count // row_lasts) if row_lasts > 1 else 0.0
+    return count / rate_hz + pause

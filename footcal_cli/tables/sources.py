@@ -17,7 +17,7 @@ from footcal_cli.tables.cells import cell_of, held, joined_texts
 from footcal_cli.tables.columns import Column
 from footcal_cli.tables.logfiles import column_names
 from footcal_cli.tables.longfiles import columns_of
-from footcal_cli.tables.rawcolumn import RawColumn
+from footcal_cli.tables.rawcolumn import RawColumn, counted
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.registers import with_high_word
 from footcal_cli.tables.textfiles import called_as
@@ -127,8 +127,8 @@ def source_columns(
                 found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:
             assert reading.rate_hz is not None, "only counted time has no source"
-            count = np.arange(rows, dtype=np.float64)
-            found[name] = RawColumn("number", count / reading.rate_hz, np.zeros(rows, bool), lines)
+            seconds = counted(rows, reading.rate_hz, reading.layout.row_lasts)
+            found[name] = RawColumn("number", seconds, np.zeros(rows, bool), lines)
         else:
             said = _said(place, path)
             said = f"{said:g}" if name in texts and isinstance(said, float) else said

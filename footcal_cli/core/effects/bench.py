@@ -45,6 +45,13 @@ def _relabel(load: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[F
     return load + wrong * (_carries(load, label) | _carries(load, label - wrong)), state
 
 
+def _piece(log: Log, theta: Theta) -> FloatArray:
+    """The error of one piece wherever it lies; bit k of ``pieces`` says whether piece k does."""
+    lies = log.known["pieces"].astype(np.int64) >> int(theta["piece"][0]) & 1
+    there: FloatArray = lies[:, None] * theta["piece_correction"][0]
+    return there
+
+
 def _hole_shift(log: Log, theta: Theta) -> FloatArray:
     shift = np.array([theta["hole_correction_x"][0], theta["hole_correction_y"][0]])
     number = log.known.get("hole", log.block)
@@ -80,6 +87,29 @@ WRONG_WEIGHT = Effect(
     needs=("load_n",),
     mimics=("nonlinearity", "hinge"),
     separates="use another weight of the same label, or several small ones",
+)
+
+WRONG_PIECE = Effect(
+    name="wrong_piece",
+    traits=(Trait.BELIEF, Trait.OF_THE_SUM),
+    stage=Stage.BENCH,
+    scope=Scope.ROBOT,
+    parameters=(
+        EffectParameter("piece_correction", "N", 0.0, -1e3, 1e3, 0.1),
+        EffectParameter(
+            "piece", "-", 0.0, 0.0, 48.0, 1.0, True, (0.0, 1.0, 2.0, 3.0), GridOf.PIECE
+        ),
+    ),
+    apply=on_known("load_n", plus(_piece, -1.0)),
+    remove=on_known("load_n", plus(_piece)),
+    experiments=("weights",),
+    of_recording=True,
+    formula="true load = written load + δ wherever one piece lies in the stack",
+    source="a disc that is lighter than its stamp, in stacks of discs",
+    remedy="put that piece on a balance",
+    needs=("load_n", "pieces"),
+    mimics=("wrong_weight", "nonlinearity", "hinge"),
+    separates="make the same load of other pieces",
 )
 
 WRONG_HOLE = Effect(
@@ -137,4 +167,4 @@ WRONG_UNIT = Effect(
     separates="one weight measured on a balance; the nameplate's scale",
 )
 
-EFFECTS = (WRONG_UNIT, WRONG_WEIGHT, WRONG_HOLE)
+EFFECTS = (WRONG_UNIT, WRONG_WEIGHT, WRONG_PIECE, WRONG_HOLE)

@@ -95,9 +95,10 @@ class GridOf(StrEnum):
     RATE = "rate of once in the longest log"
     LABEL = "weights in use"
     HOLE = "holes in use"
+    PIECE = "pieces that stacks are made of"
 
 
-OF_THE_LOGS = (GridOf.LABEL, GridOf.HOLE)
+OF_THE_LOGS = (GridOf.LABEL, GridOf.HOLE, GridOf.PIECE)
 """Grids that the logs bring: which weight, which hole; nothing lies between two of them."""
 
 

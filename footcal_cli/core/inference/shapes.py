@@ -99,6 +99,8 @@ def _grid(case: Case, effect: Effect, shape: EffectParameter, units: Sequence[st
         return labels_of(case)
     if shape.grid_of is GridOf.HOLE:
         return [float(h) for h in holes_in_use(case)]
+    if shape.grid_of is GridOf.PIECE:
+        return [float(p) for p in pieces_in_use(case)]
     if shape.grid_of is GridOf.LOAD:
         mine = set(units) if is_six_axis(channels_of(case.logs)) else set()
         largest = max(_largest(case, log, effect.scope, mine) for log in case.logs)
@@ -168,3 +170,21 @@ def holes_in_use(case: Case) -> list[int]:
     numbers = [log.known["hole"] if "hole" in log.known else log.block.astype(float)
                for log in case.logs]  # fmt: skip
     return [int(n) for n in np.unique(np.concatenate(numbers)) if n >= 0]
+
+
+def pieces_in_use(case: Case) -> list[int]:
+    """Numbers of the pieces that lie in stacks of several written loads.
+
+    One that lies under a single load is that load's label, and not told from it.
+    """
+    logs = [log for log in case.logs if "pieces" in log.known]
+    if not logs:
+        return []
+    stack = np.concatenate([log.known["pieces"] for log in logs]).astype(np.int64)
+    load = np.concatenate([log.known["load_n"][:, 0] for log in logs])
+    found = []
+    for piece in range(int(stack.max()).bit_length()):
+        under = load[(stack >> piece & 1).astype(bool) & np.isfinite(load)]
+        if under.size and np.ptp(under) > SAME_LABEL * np.abs(under).max():
+            found.append(piece)
+    return found

@@ -36,6 +36,7 @@ from footcal_cli.recipe.options import DiagnoseOptions, OfflineFitOptions, Plate
 from footcal_cli.session.inspection import weights_findings
 from footcal_cli.session.uneven import uneven
 from footcal_cli.tables.columns import weights_stream_table, weights_table
+from footcal_cli.tables.pieces import pieces_of
 from footcal_cli.tables.table import Table
 
 if TYPE_CHECKING:
@@ -53,13 +54,14 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         return together
     findings: list[Finding] = []
     streams = _running(session)
+    pieces: tuple[str, ...] = ()
     if streams:
         tables = streams
         logs, timed = _stream_logs(session, streams), True
     else:
         tables = session.read_required(weights_table())
         findings = [*weights_findings(tables, session.recipe.robot, None), *uneven(tables)]
-        logs, timed = _row_logs(tables, plateau_options(_plateaus(session)))
+        logs, timed, pieces = _row_logs(tables, plateau_options(_plateaus(session)))
     channels = tuple(dict.fromkeys(log.channels[0] for log in logs))
     chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
     values |= _affine_start(logs, values)
@@ -79,14 +81,16 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         stride=_stride(logs),
         one_recording=bool(streams),
         groups=dict.fromkeys(channels, "force"),
-        written=Written({}, *load_unit(tables)),
+        written=Written({}, *load_unit(tables), pieces=dict(enumerate(pieces))),
     )
     untested = {} if timed else needs_time(EXPERIMENT, "the rows have no time stamps")
     return CaseRead(case, findings, untested)
 
 
-def _row_logs(tables: Sequence[Table], plateaus: PlateauOptions) -> tuple[list[Log], bool]:
-    """One log per channel of long tables, and whether rows have time stamps.
+def _row_logs(
+    tables: Sequence[Table], plateaus: PlateauOptions
+) -> tuple[list[Log], bool, tuple[str, ...]]:
+    """One log per channel of long tables, whether rows have time stamps, and the pieces of stacks.
 
     Of rows that are samples of a recording only those count in which a weight lies still.
     """
@@ -98,6 +102,10 @@ def _row_logs(tables: Sequence[Table], plateaus: PlateauOptions) -> tuple[list[L
     }
     timed = bool(np.isfinite(columns["time_s"]).all())
     known_temperature = bool(np.isfinite(columns["temperature_degc"]).all())
+    pieces: tuple[str, ...] = ()
+    if all("pieces" in t for t in tables):
+        said = [str(text) for t in tables for text in t.text("pieces")]
+        pieces, columns["pieces"] = pieces_of(said, columns["load_n"])
     logs = []
     for name in dict.fromkeys(channel):
         at = np.flatnonzero((channel == name) & np.isfinite(columns["counts"]))
@@ -107,6 +115,8 @@ def _row_logs(tables: Sequence[Table], plateaus: PlateauOptions) -> tuple[list[L
         known = {"load_n": columns["load_n"][at, None]}
         if known_temperature:
             known["temperature_degc"] = columns["temperature_degc"][at]
+        if pieces:
+            known["pieces"] = columns["pieces"][at]
         _, own = np.unique(block[at], return_inverse=True)
         own = own.astype(np.int64)
         counts = columns["counts"][at]
@@ -114,7 +124,7 @@ def _row_logs(tables: Sequence[Table], plateaus: PlateauOptions) -> tuple[list[L
         if record.recorded:
             known["load_n"] = find_loads(record, plateaus, ()).settled.load_n[:, None]
         logs.append(Log("weights", (str(name),), stamps, counts[:, None], known, own))
-    return logs, timed
+    return logs, timed, pieces
 
 
 def _running(session: Session[DiagnoseOptions]) -> list[Table]:
