@@ -162,14 +162,29 @@ def _continued(tables: Sequence[Table], session: IntArray) -> IntArray:
     return joined
 
 
+def _nested(table: Table) -> bool:
+    """Whether every repeat of a channel lies in one session, and some session has several."""
+    import pandas as pd
+
+    columns = ["channel", "session", "repeat"] if "channel" in table else ["session", "repeat"]
+    pairs = pd.DataFrame({name: table.text(name) for name in columns}).drop_duplicates()
+    rounds = pairs.drop(columns="session")
+    return not rounds.duplicated().any() and len(pairs) > len(
+        pairs.drop(columns="repeat").drop_duplicates()
+    )
+
+
 def sessions_of(tables: Sequence[Table], *, pauses: bool = False) -> IntArray:
     """Number of the session of every row: file by file, and within a file by its session column.
 
     A log without one has repeats at most: each ladder is then a session. Else `pauses` of hours do.
+    Rounds that are counted on over several days are sessions too: 4 to 6 on the second day.
     """
     numbers, first = [], 0
     for table in tables:
         name = "session" if "session" in table else "repeat" if "repeat" in table else None
+        if name == "session" and "repeat" in table and _nested(table):
+            name = "repeat"
         index = pieces_by_pauses(table.optional("time_s")) * int(pauses)
         if name is not None:
             labels: Any = table.text(name)

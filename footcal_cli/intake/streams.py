@@ -71,7 +71,7 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
         feet_rot=np.stack(rotations, axis=1),
         imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
         imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
-    )
+    ).without_skipped()
 
 
 def no_body(stream: SensorStream, feet: int) -> BodyStream:

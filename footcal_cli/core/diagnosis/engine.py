@@ -15,6 +15,7 @@ from footcal_cli.core.diagnosis.gain import rms_gain
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.search import Search, Step, search, sizes_of
+from footcal_cli.core.diagnosis.weighing import are_few_sessions
 from footcal_cli.core.diagnosis.yardsticks import yardsticks
 from footcal_cli.core.inference.evidence import jackknife_interval, sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams
@@ -183,7 +184,8 @@ def _verdict(
 ) -> Verdict:
     both = bool(np.any(lib.between & lib.testable) and np.any(~lib.between & lib.testable))
     level = rules.alpha_name / (2.0 if both else 1.0)
-    if smallest_p(float(lib.grams.blocks)) > level:
+    scattered = are_few_sessions(lib.problem) and bool(found.steps)
+    if smallest_p(float(lib.grams.blocks)) > level and not scattered:
         return Verdict.UNDERPOWERED
     left = leftover(after, rules)
     if not found.steps:

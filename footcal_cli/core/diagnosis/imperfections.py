@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.core import chances
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
 from footcal_cli.core.inference.case import Case, channels_of
@@ -52,6 +53,8 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
         size, sd = sizes_of_imperfections(problem, columns[:, kept])
         # twice as large is none either, though its evidence be a single block
         beyond = np.maximum(np.abs(size) - 2.0 * sd, 0.5 * np.abs(size)) / limits[kept]
+        own = [signatures[k] for k in kept]
+        beyond = np.maximum(beyond, _as_vectors(size, sd, limits[kept], own))
         if beyond.max() <= 1.0:
             break
         out = signatures[kept[int(np.argmax(beyond))]].effect
@@ -75,6 +78,28 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
         ),
         excluded=(*problem.excluded, *(Excluded(e, "", reason) for e in whole)),
     )
+
+
+def _as_vectors(
+    size: FloatArray, sd: FloatArray, limit: FloatArray, signatures: Sequence[Signature]
+) -> FloatArray:
+    """How far components of one effect and owner are together beyond what is usual, shape (k,).
+
+    An offset along the diagonal is as far as one along an axis: ``√Σ s²`` is compared with what so
+    many components rarely exceed, as rarely as one of them exceeds its limit.
+    """
+    beyond = np.zeros(size.size)
+    of = [(s.effect, s.owners) for s in signatures]
+    for own in dict.fromkeys(of):
+        mine = np.array([one == own for one in of])
+        if mine.sum() == 1 or not np.isfinite(limit[mine]).all():
+            continue
+        rarely = 2.0 * chances.norm_sf(float(limit[mine].min()))
+        most = np.sqrt(chances.chi2_isf(rarely, int(mine.sum())))
+        norm = float(np.linalg.norm(size[mine]))
+        spread = float(np.linalg.norm(size[mine] * sd[mine])) / max(norm, 1e-300)
+        beyond[mine] = (norm - 2.0 * spread) / most
+    return beyond
 
 
 def _large_elsewhere(

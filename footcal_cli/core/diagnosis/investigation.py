@@ -32,6 +32,7 @@ from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
 from footcal_cli.core.diagnosis.verdicts import NAMING, form_matters, judged
 from footcal_cli.core.diagnosis.ways import (
     another_way,
+    as_a_curve,
     at_its_size,
     matters_of,
     nameless_beside,
@@ -336,7 +337,10 @@ def _answers_of(
             return
     weak = subject.problem.pieces and any(c.p > rules.alpha_small for c in path.causes)
     unsure = verdict is Verdict.UNKNOWN or (weak and verdict is Verdict.AMBIGUOUS)
+    looser = as_a_curve(path, rules)
     if unsure and not large and not matters(beside=False):
+        if alone and looser is not rules:
+            yield (path, *judged(subject, sized, looser, seed))
         yield path, Verdict.NONE, share
         return
     if verdict is Verdict.AMBIGUOUS and (two := two_of_a_set(subject, path, strict, seed)):
@@ -354,7 +358,7 @@ def _answers_of(
         # what has no name takes the place of the last cause, but perhaps not of the others
         yield from _answers_of(subject, path.shorter, rules, seed, large=large)
         return
-    yield (path, *judged(subject, sized, rules, seed))
+    yield (path, *judged(subject, sized, looser if alone else rules, seed))
 
 
 def _found(subject: Subject, path: Path) -> tuple[Found, ...]:

@@ -17,6 +17,7 @@ from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import Investigation, named
 from footcal_cli.core.diagnosis.rehearsal import usual
 from footcal_cli.core.diagnosis.standing import happened
+from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.evidence import Interval
@@ -48,10 +49,20 @@ def with_moved_gain(
         return found
     others = inquiry.table
     kept = [way for way in found.case.directions if not (way.lasting and way.channel in moved)]
-    subject, path = inquiry.one_cause(found, kept, asked)
+    bent = _is_bent(found, moved)
+    curves = {name: others[name] for name in CURVES if bent and name in others}
+    subject, path = inquiry.one_cause(found, kept, {**asked, **curves})
     if not path.causes:
         return found
     (cause,) = path.causes
+    if bent and cause.signature.effect in CURVES and _cells_of(cause.signature) == set(moved):
+        # the mean gain of a curve is off too, and how much of it is gain a walk hardly shows
+        gains_too = [n for n in asked if Trait.GAIN in asked[n].traits and n in others]
+        rivals = [usual(others[name], cause.signature.where) for name in gains_too]
+        cause = replace(cause, rivals=(*cause.rivals, *rivals))
+        whole = replace(path, causes=(cause,))
+        answer = named(subject, happened(subject, whole, Verdict.AMBIGUOUS))
+        return replace(answer, gains_moved=gains)
     gain = next((s for s in (cause.signature, *cause.rivals) if _is_gain_of(s, moved, asked)), None)
     if gain is None:
         return found
@@ -68,10 +79,19 @@ def with_moved_gain(
     return replace(answer, gains_moved=gains)
 
 
+def _is_bent(found: Investigation, moved: Sequence[str]) -> bool:
+    """Whether a curve of these very cells came nearest, though too little for a name."""
+    near = [f.cause.signature for f in found.nearest]
+    return any(s.effect in CURVES and _cells_of(s) == set(moved) for s in near)
+
+
+def _cells_of(signature: Signature) -> set[str]:
+    return {cell for _, units in signature.owners for cell in units}
+
+
 def _is_gain_of(signature: Signature, moved: Sequence[str], table: Mapping[str, Effect]) -> bool:
     """Whether it is a gain of these cells and no others."""
-    cells = {c for _, units in signature.owners for c in units}
-    return Trait.GAIN in table[signature.effect].traits and cells == set(moved)
+    return Trait.GAIN in table[signature.effect].traits and _cells_of(signature) == set(moved)
 
 
 def gains_against(case: Case, problem: Problem) -> tuple[MovedGain, ...]:

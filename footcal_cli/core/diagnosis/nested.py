@@ -12,7 +12,7 @@ from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import search
-from footcal_cli.core.diagnosis.weighing import alike_as
+from footcal_cli.core.diagnosis.weighing import alike_as, are_few_sessions
 from footcal_cli.core.inference.evidence import sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem
@@ -102,7 +102,9 @@ def nested_losses(
         Whether two causes were looked for together: the likeliest pair is chosen.
     """
     blocks = lib.grams.blocks
-    fold = folds_of(_alike_blocks(lib.grams), rules.most_folds)
+    # of two sessions of a channel each is left out by itself
+    few = are_few_sessions(problem)
+    fold = np.arange(blocks) if few else folds_of(_alike_blocks(lib.grams), rules.most_folds)
     searched = replace(lib, likeness=_likeness(lib, rules))
     folds = range(int(fold.max()) + 1)
     pairs = [_pairs_without(searched, fold != f, rules) for f in folds] if pair else []
@@ -212,6 +214,7 @@ def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> I
         replace(
             rules,
             alpha_name=level,
+            alpha_small=max(rules.alpha_small, level * rules.alpha_small / rules.alpha_name),
             fewest_sessions=rules.fewest_sessions - 1.0,
         ),
         seed,

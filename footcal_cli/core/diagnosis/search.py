@@ -12,6 +12,7 @@ from footcal_cli.core.diagnosis.refusal import Refusal, Why
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.weighing import (
     Evidence,
+    are_few_sessions,
     between_blocks,
     has_few_blocks,
     of_cells_p,
@@ -210,7 +211,8 @@ def _next_step(
             refused = max(refused, float(plain.sum()))
             continue
         small = abs(size) < lib.smallest[column]
-        signs_reach = smallest_p(float(evidence.informative[c])) < rules.alpha_small
+        signs_reach = bool(smallest_p(float(evidence.informative[c])) < rules.alpha_small)
+        signs_reach = signs_reach or are_few_sessions(lib.problem)
         certain = evidence.p[c] < rules.alpha_small and signs_reach
         worth = certain or float(plain.sum()) >= rules.later_share * total_loss
         if small and (lib.problem.drifts or not worth):

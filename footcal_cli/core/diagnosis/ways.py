@@ -19,6 +19,7 @@ from footcal_cli.core.diagnosis.path import Path, as_one_mixture, beginning, gro
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.two_at_once import as_proposed, found_both_ways, together
+from footcal_cli.core.diagnosis.unnamed import CURVES
 from footcal_cli.core.diagnosis.verdicts import CLEAR, NAMING, judged
 from footcal_cli.core.inference.whitening import has_single_rows
 
@@ -44,6 +45,19 @@ def at_its_size(subject: Subject, path: Path) -> Path:
     if subject.problem.rate_hz <= 0 and all(i.whole < i.smallest for i in found):
         before = replace(before, spell_p=1.0)
     return replace(path, rounds=(*path.rounds[:-1], replace(last, before=before)))
+
+
+def as_a_curve(path: Path, rules: Rules) -> Rules:
+    """Rules for a set that says only that a cell bends under its own load.
+
+    Whatever the law of that curve is, the remedy is the same, and the table has but a few: what its
+    forms leave of it does not speak against all of them.
+    """
+    said = [s.effect for c in path.causes for s in (c.signature, *c.rivals)]
+    if len(path.causes) != 1 or len(said) == 1 or not CURVES.issuperset(said):
+        return rules
+    least = rules.share_named
+    return replace(rules, share_partly=least, share_form=least, share_set=least)
 
 
 def nameless_beside(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:

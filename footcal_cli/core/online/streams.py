@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from footcal_cli.core.centroidal import MIN_FORCE_N
 from footcal_cli.core.contact import (
     ContactRule,
@@ -67,6 +69,18 @@ class BodyStream:
     imu_acc_mps2: FloatArray | None = None
     imu_gyro_radps: FloatArray | None = None
     com_vel_mps: FloatArray | None = None
+
+    def without_skipped(self) -> BodyStream:
+        """Without the cycles that the estimator skipped: rows that say nothing of CoM and feet.
+
+        Left in, one of them would spoil every yaw after it, which is counted on from row to row.
+        """
+        rows = len(self.time_s)
+        said = np.isfinite(np.column_stack([self.com_m, self.feet_m.reshape(rows, -1)])).any(axis=1)
+        if said.all() or not said.any():
+            return self
+        own = {name: value for name, value in vars(self).items() if value is not None}
+        return replace(self, **{name: value[said] for name, value in own.items()})
 
 
 @dataclass(frozen=True)
