@@ -8,10 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from footcal_cli.core.chain import Chain, Link
 from footcal_cli.core.diagnosis.bridge import problem_from
-from footcal_cli.core.diagnosis.imperfections import _large_elsewhere, sizes_of_imperfections
+from footcal_cli.core.diagnosis.imperfections import (
+    LIMIT,
+    _as_vectors,
+    _large_elsewhere,
+    sizes_of_imperfections,
+)
 from footcal_cli.core.diagnosis.investigation import investigate
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import TABLE
@@ -219,3 +225,21 @@ def test_what_one_stance_alone_tells_of_a_calibration_is_taken_out_of_it() -> No
     seen[:6, 1] = np.tile([1.0, 0.0], 3)  # another stance shows it too
     again, _ = grams._without_known_to_one(seen, seen, block, kept, columns)
     np.testing.assert_allclose(again, seen)
+
+
+@pytest.mark.parametrize(("angle", "far"), [(0.0, 6.0), (0.8, 6.0), (0.8, 3.0)])
+def test_an_offset_along_the_diagonal_is_as_far_as_one_along_an_axis(
+    angle: float, far: float
+) -> None:
+    """√Σ s² of two components against what two Gaussians exceed as rarely as one its limit."""
+    owners = (("robot", ("robot",)),)
+    signatures = [
+        Signature("com_offset", f"com_correction_{a}", "robot", "m", (), -1.0, 1.0, owners)
+        for a in "xy"
+    ]
+    size, limit = far * np.array([np.cos(angle), np.sin(angle)]), np.full(2, LIMIT)
+    beyond = _as_vectors(size, np.full(2, 0.2), limit, signatures)
+    assert bool(beyond.max() > 1.0) is (far > 5.0)
+    draws = np.random.default_rng(1).standard_normal((200_000, 2))
+    rare = np.mean(np.linalg.norm(draws, axis=1) > far / beyond.max() - 0.4 / beyond.max())
+    assert rare == pytest.approx(2.0 * norm.sf(LIMIT), abs=1e-4)

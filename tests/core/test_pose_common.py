@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from footcal_cli.core.pose.common import COMMON_P, common_shift, common_turn
+from footcal_cli.core.pose.common import (
+    COMMON_P,
+    MACHINED_SD_M,
+    ODD_P,
+    common_shift,
+    common_turn,
+    odd_hip,
+)
 from footcal_cli.core.pose.data import pose_data, summarise
 from footcal_cli.core.pose.joint import fit_pose
 from footcal_cli.core.pose.leg_map import leg_map
@@ -97,3 +104,30 @@ def test_a_com_elsewhere_is_named_with_its_place() -> None:
     for com_given, severity in ((True, "note"), (False, "warning")):
         said = {one.code: one.severity for one in findings(fit, mapped, com_given=com_given)}
         assert said["chassis_com_elsewhere"] == severity
+
+
+def _hips(seed: int, off_m: np.ndarray, odd: int) -> tuple[np.ndarray, np.ndarray]:
+    """Shifts of four hips that share a CoM's, machined to a millimetre, one of them elsewhere."""
+    rng = np.random.default_rng([seed, 31])
+    sd = rng.uniform(0.5e-3, 1.5e-3, 12)
+    shift = rng.normal(0.0, 0.01, 3) + rng.normal(0.0, MACHINED_SD_M, (4, 3))
+    shift[odd] += off_m
+    return shift + rng.normal(0.0, 1.0, (4, 3)) * sd.reshape(4, 3), np.diag(sd**2)
+
+
+def test_a_hip_that_lies_elsewhere_is_said_with_its_shift_and_honest_sd() -> None:
+    off, errors, said = np.array([0.007, 0.0, -0.005]), [], 0
+    for seed in range(200):
+        found = odd_hip(*_hips(seed, off, odd=2))
+        if found is not None:
+            assert found.leg == 2
+            errors.append((found.shift_b_m - off) / found.sd_m)
+            said += 1
+    assert said > 150
+    assert np.std(errors) == pytest.approx(1.0, abs=0.15)
+
+
+def test_hips_that_only_scatter_are_rarely_called_odd() -> None:
+    said = sum(odd_hip(*_hips(seed, np.zeros(3), odd=0)) is not None for seed in range(600))
+    assert said <= 600 * ODD_P + 3.0 * np.sqrt(600 * ODD_P)
+    assert odd_hip(np.zeros((3, 3)), np.eye(9)) is None

@@ -105,11 +105,11 @@ def piece_means(log: Log) -> Log:
     Sway within a stance is evidence too, and better: what the next stance does not repeat is the
     same in all pieces of this one.
     """
-    pieces = []
+    pieces: list[IntArray] = []
     for rows in [np.flatnonzero(log.block == b) for b in np.unique(log.block[log.block >= 0])]:
         length = float(log.time_s[rows[-1]] - log.time_s[rows[0]])
         mean_only = not np.ptp(log.readings[rows], axis=0).any()  # a stance noted as one row
-        pieces += [rows] if mean_only else np.array_split(rows, max(int(length // PIECE_S), 1))
+        pieces += np.array_split(rows, 1 if mean_only else max(int(length // PIECE_S), 1))
 
     def mean(values: FloatArray) -> FloatArray:
         return np.stack([values[rows].mean(axis=0) for rows in pieces])

@@ -58,8 +58,8 @@ def with_moved_gain(
     if bent and cause.signature.effect in CURVES and _cells_of(cause.signature) == set(moved):
         # the mean gain of a curve is off too, and how much of it is gain a walk hardly shows
         gains_too = [n for n in asked if Trait.GAIN in asked[n].traits and n in others]
-        rivals = [usual(others[name], cause.signature.where) for name in gains_too]
-        cause = replace(cause, rivals=(*cause.rivals, *rivals))
+        same = [usual(others[name], cause.signature.where) for name in gains_too]
+        cause = replace(cause, rivals=(*cause.rivals, *same))
         whole = replace(path, causes=(cause,))
         answer = named(subject, happened(subject, whole, Verdict.AMBIGUOUS))
         return replace(answer, gains_moved=gains)

@@ -175,7 +175,7 @@ def holes_in_use(case: Case) -> list[int]:
 def pieces_in_use(case: Case) -> list[int]:
     """Numbers of the pieces that lie in stacks of several written loads.
 
-    One that lies under a single load is that load's label, and not told from it.
+    One that lies under a single load cannot be distinguished from that load's label.
     """
     logs = [log for log in case.logs if "pieces" in log.known]
     if not logs:

@@ -106,6 +106,69 @@ def common_shift(
     return CommonShift(-share * mean, np.asarray(sd), bool(chances.chi2_sf(chi2, 3) < COMMON_P))
 
 
+MACHINED_SD_M = 0.001
+"""How far hips of one robot lie from their drawing, each by itself, where nothing is wrong."""
+ODD_P = 0.01
+
+
+@dataclass(frozen=True)
+class OddHip:
+    """A hip that lies elsewhere than all others say.
+
+    Parameters
+    ----------
+    leg
+        Its number.
+    shift_b_m, sd_m
+        Against the mean shift of the others, body axes, shape (3,) each, m.
+    """
+
+    leg: int
+    shift_b_m: FloatArray
+    sd_m: FloatArray
+
+
+def odd_hip(shift_b_m: FloatArray, covariance: FloatArray) -> OddHip | None:
+    """The one hip whose shift is not that of the others, which agree; None where there is none.
+
+    ``d_k = s_k − mean of the others`` holds nothing of the chassis' CoM. With C its covariance and
+    what machining scatters, ``d C⁻¹ d ~ χ²(3)``; the largest of K counts K times.
+
+    Parameters
+    ----------
+    shift_b_m
+        Hips minus chassis CoM against the nominal geometry, body axes, shape (K, 3), m.
+    covariance
+        Of the same, hip by hip, shape (3 K, 3 K), m².
+    """
+
+    def contrasts(legs: list[int]) -> list[tuple[float, int, FloatArray, FloatArray]]:
+        found = []
+        for k in legs:
+            along = np.zeros(len(shift_b_m))
+            along[legs] = -1.0 / (len(legs) - 1)
+            along[k] = 1.0
+            each = np.kron(along, np.eye(3))
+            apart = each @ covariance @ each.T + MACHINED_SD_M**2 * (along @ along) * np.eye(3)
+            off = along @ shift_b_m
+            found.append(
+                (float(off @ np.linalg.solve(apart, off)), k, off, np.sqrt(np.diag(apart)))
+            )
+        return sorted(found, key=lambda one: -one[0])
+
+    legs = list(range(len(shift_b_m)))
+    if len(legs) < _LEAST_LEGS:
+        return None
+    chi2, odd, off, sd = contrasts(legs)[0]
+    rest = contrasts([k for k in legs if k != odd])[0][0]
+    alone = len(legs) * chances.chi2_sf(chi2, 3) < ODD_P
+    agree = (len(legs) - 1) * chances.chi2_sf(rest, 3) > ODD_P
+    return OddHip(odd, off, sd) if alone and agree else None
+
+
+_LEAST_LEGS = 4
+
+
 def common_turn(turn_b_rad: FloatArray) -> CommonTurn | None:
     """Mean turn of the mountings against their scatter.
 

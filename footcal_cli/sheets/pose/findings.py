@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from footcal_cli.core.pose.common import CommonShift, common_shift, common_turn
+from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.pose.common import CommonShift, common_shift, common_turn, odd_hip
 from footcal_cli.core.pose.departures import ROBOT_WEIGHT, ConstantError, Disagreement
 from footcal_cli.core.pose.joint import PoseFit
 from footcal_cli.core.pose.leg_map import LegMap
@@ -56,18 +57,46 @@ def findings(
             "the same in every pose (mount_rotation)",
             "put a spirit level on the chassis where the markers define its frame",
         )  # fmt: skip
+    yield from _hip_elsewhere(fit)
     yield from _com_elsewhere(fit, com_given)
+
+
+def _shifts(fit: PoseFit) -> FloatArray | None:
+    """Hips against the chassis' CoM beside the drawing, (K, 3); None without intervals."""
+    geometry = fit.geometry
+    if not np.isfinite(fit.options.translation_sd_m) or np.isnan(fit.covariance).any():
+        return None
+    return np.asarray(fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m))
+
+
+def _hip_elsewhere(fit: PoseFit) -> Iterator[Finding]:
+    """One hip that lies elsewhere than the others say is no matter of the CoM."""
+    shift, first = _shifts(fit), 3 * len(fit.geometry.legs)
+    if shift is None:
+        return
+    own = slice(first, first + shift.size)
+    odd = odd_hip(shift, fit.covariance[own, own])
+    if odd is not None:
+        off = ", ".join(
+            with_sd(1e3 * value, 1e3 * sd)
+            for value, sd in zip(odd.shift_b_m, odd.sd_m, strict=True)
+        )
+        yield Finding(
+            "hip_elsewhere", "warning", f"leg {fit.geometry.legs[odd.leg]}",
+            f"its transducer lies ({off}) mm (body x, y, z) from where the other hips, which "
+            "agree, put it: it is mounted elsewhere than drawn (mount_translation)",
+            "check the screws and spacers of that transducer; the calibration holds its shift",
+        )  # fmt: skip
 
 
 def shared_shift(fit: PoseFit) -> CommonShift | None:
     """The shift that all hips share; None where the fit has no intervals or moves no hip."""
-    geometry, hip_sd = fit.geometry, fit.options.translation_sd_m
-    if not np.isfinite(hip_sd) or np.isnan(fit.covariance).any():
+    shift, first = _shifts(fit), 3 * len(fit.geometry.legs)
+    if shift is None:
         return None
-    first = 3 * len(geometry.legs)
     seen = np.array([common_sd(fit, first + axis) for axis in range(3)])
-    shift = fit.arm_b_m - (geometry.hip_b_m - geometry.chassis_com_b_m)
-    return common_shift(shift, seen, hip_sd, min(fit.options.com_sd_m, 10.0))
+    com_sd = min(fit.options.com_sd_m, 10.0)
+    return common_shift(shift, seen, fit.options.translation_sd_m, com_sd)
 
 
 def _com_elsewhere(fit: PoseFit, com_given: bool) -> tuple[Finding, ...]:
