@@ -70,11 +70,17 @@ def at_holes(
         return None
     if {"x", "y"} <= set(holes):
         hole_m = np.stack([numbers_of(holes[a]) for a in "xy"], axis=1)
+        nowhere = ~np.isfinite(hole_m).all(axis=1)
+        empty = nowhere.any() and not np.nan_to_num(numbers_of(load))[nowhere].any()
+        hole_m = np.where(nowhere[:, None] & empty, 0.0, hole_m)
         points = [
             column for column in file.of("placement", "sequence", "repeat")
             if _one_place_each(column, hole_m)
         ]  # fmt: skip
         places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
+        if empty:  # nothing lies on the foot, and so nowhere
+            why = "its name; nowhere while nothing lies on the foot"
+            places = {n: replace(e, names={**e.names, "": "0"}, why=why) for n, e in places.items()}
         return _plan(file, points[0] if points else None, places, load, cells)
     label = _on_holes(file, load, cells)
     if label is None:

@@ -19,6 +19,7 @@ from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.values import seconds, stamps
 
 _FEWEST = 3
+_FELT = ("force", "reading")
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 
 
@@ -37,7 +38,12 @@ def topic(raw: Mapping[str, RawColumn]) -> str:
     there = [~raw[names[0]].silent for names in topics.values()]
     if np.any(np.sum(there, axis=0) > 1):
         return ""
-    felt = ("force", "reading", "load")
+    whole = [name for name, column in raw.items() if not column.silent.any()]
+    if any(name_guess(name).quantity in _FELT for name in whole):
+        return (
+            ""  # the sensors are read in every row: a remark stands where something else is empty
+        )
+    felt = (*_FELT, "load")
     named = [name for own in topics.values() for name in own if name_guess(name).quantity in felt]
     return named[0] if named else next(iter(topics.values()))[0]
 
