@@ -1,4 +1,4 @@
-"""What lines above a table say of gravity: ``g = 9,8156 m/s2``, from which weights in kg are newtons.
+"""What lines above a table say of gravity: ``g = 9,8156 m/s2``, which makes kg newtons.
 
 Room: sniff; asked by said_above.
 """

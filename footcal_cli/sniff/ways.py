@@ -87,7 +87,7 @@ def _steps(put: FloatArray, codes: IntArray, cell: IntArray) -> Iterator[tuple[i
 def _within_another(
     put: FloatArray, codes: IntArray, cell: IntArray, names: dict[str, str], column: ColumnGuess
 ) -> bool:
-    """Whether a ladder goes up again before it was down: the order of rows says it, no word does."""
+    """Whether a ladder goes up again before it was down: the order of rows tells, words do not."""
     way = np.array([int(names[word]) for word in column.words])[codes]
     for which in np.unique(cell):
         own = cell == which
