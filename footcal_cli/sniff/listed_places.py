@@ -51,6 +51,8 @@ def places_in(path: Path, text: str) -> FileGuess | None:
         most = max(map(len, inline), default=0)
         # of a list in one sentence, a pair of numbers in another is none
         rows = [row for own in inline if most < _LEAST or len(own) > 1 for row in own]
+        counted = [row for row in rows if row[1]["index"]]
+        rows = counted if len(counted) >= _LEAST else rows
     names = tuple((found["name"] or found.groupdict()["index"]).strip() for _, found in rows)
     if len(names) < _LEAST or len({*names}) < len(names):
         return None
