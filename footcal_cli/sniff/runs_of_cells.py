@@ -121,7 +121,7 @@ def _scales(plan: LogPlan, group: Sequence[FileGuess], columns: Sequence[str]) -
 
 def _of_files(scales: FloatArray) -> bool:
     """Whether scales (files, columns) differ by files, and neither by columns nor by both."""
-    from scipy.special import fdtrc
+    from footcal_cli.core import chances  # scipy, only where asked
 
     files, columns = scales.shape
     if files < 2 or columns < 2:
@@ -136,7 +136,7 @@ def _of_files(scales: FloatArray) -> bool:
     within = float(np.max(np.ptp(scales, axis=1))) / abs(float(mean))
     return bool(
         within < _OTHER_SCALE and of_files > of_columns
-        and fdtrc(files - 1, free, of_files) < _BY_CHANCE
+        and chances.f_sf(of_files, files - 1, free) < _BY_CHANCE
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -42,10 +43,13 @@ def visits(series: int) -> list[tuple[str, tuple[float, float] | None]]:
     return [("0", None), *((name, HOLES[name]) for name in order), ("0", None)]
 
 
-def readings(hole: tuple[float, float] | None, rng: np.random.Generator) -> FloatArray:
-    """mV of four cells, shape (4,)."""
+def readings(
+    hole: tuple[float, float] | None, rng: np.random.Generator, series: int = 0, jump: float = 0.0
+) -> FloatArray:
+    """mV of four cells, shape (4,); zeros jump from series to series, by nothing on average."""
     force = 0.0 if hole is None else KG * G * share(hole)
-    return np.asarray(force / SCALE + np.array([0.3, -0.1, 0.2, 0.05]) + rng.normal(0, 2e-3, 4))
+    zero = np.array([0.3, -0.1, 0.2, 0.05]) + jump * (series - 2) * np.array([1, -1, 0.5, -2])
+    return np.asarray(force / SCALE + zero + rng.normal(0, 2e-3, 4))
 
 
 def notes(folder: Path) -> Path:
@@ -69,7 +73,7 @@ def bench(folder: Path) -> Path:
     return path
 
 
-def a_row_for_each_cell(folder: Path) -> list[Path]:
+def a_row_for_each_cell(folder: Path, jump: float = 0.0) -> list[Path]:
     """A long sheet: cells take turns."""
     rng = np.random.default_rng(7)
     lines = ["seria;nr;otwor;x_mm;y_mm;masa_kg;czujnik;U_mV"]
@@ -77,7 +81,7 @@ def a_row_for_each_cell(folder: Path) -> list[Path]:
         for number, (name, hole) in enumerate(visits(series), 1):
             where = f"{hole[0]};{hole[1]}" if hole else ";"
             put = KG if hole else 0.0
-            for cell, mv in zip(CELLS, readings(hole, rng), strict=True):
+            for cell, mv in zip(CELLS, readings(hole, rng, series, jump), strict=True):
                 lines.append(f"{series};{number};{name};{where};{put:.1f};{cell};{mv:.4f}")
     path = folder / "plyta.csv"
     path.write_text("\n".join(lines).replace(".", ",") + "\n", encoding="utf-8")
@@ -100,7 +104,7 @@ def an_empty_plate_between(folder: Path) -> list[Path]:
     return [path]
 
 
-def a_list_of_raw_files(folder: Path) -> list[Path]:
+def a_list_of_raw_files(folder: Path, jump: float = 0.0) -> list[Path]:
     """A raw file for each placement, and a list that says what each is of."""
     rng = np.random.default_rng(7)
     listed, paths = ["file,kai,ana,x_mm,y_mm,omori_kg,biko"], []
@@ -109,7 +113,7 @@ def a_list_of_raw_files(folder: Path) -> list[Path]:
             path = folder / f"m{len(paths) + 1:03d}.csv"
             where = f"{hole[0]},{hole[1]},{KG}" if hole else ",,0"
             listed.append(f"{path.name},{series},{'nashi' if hole is None else name},{where},")
-            read = readings(hole, rng) + rng.normal(0, 1e-3, (30, 4))
+            read = readings(hole, rng, series, jump) + rng.normal(0, 1e-3, (30, 4))
             rows = [f"{0.01 * i:.4f}," + ",".join(f"{v:.4f}" for v in row)
                     for i, row in enumerate(read)]  # fmt: skip
             head = "t_s," + ",".join(f"{cell}_mV" for cell in CELLS)
@@ -141,3 +145,20 @@ def test_placements_with_an_empty_plate(run: Run, layout: Any, tmp_path: Path) -
     assert scales == pytest.approx([SCALE] * 4, rel=3e-3)
     biases = [own["value"] for name, own in found.items() if name.endswith(".bias")]
     assert biases == pytest.approx([-SCALE * z for z in (0.3, -0.1, 0.2, 0.05)], abs=0.1)
+
+
+@pytest.mark.parametrize("layout", [a_row_for_each_cell, a_list_of_raw_files])
+@pytest.mark.parametrize("jump", [0.0, 0.05])
+def test_each_series_of_a_plate_has_its_own_zeros(
+    run: Run, layout: Any, jump: float, tmp_path: Path
+) -> None:
+    """A plate that was taken off between series moves zeros by 1 to 2 N; the CoP stays right."""
+    recipe, out = tmp_path / "my.toml", tmp_path / "out"
+    files = [*layout(tmp_path, jump), bench(tmp_path), notes(tmp_path)]
+    assert run("init", *files, "-o", recipe).exit_code == 0
+    done = run("offline-fit", "--recipe", recipe, "--out", out, "--no-pictures")
+    assert done.exit_code == 0, done.err
+    assert ("each has its own zeros" in done.out) == (jump > 0)
+    found = re.search(r"(\d\.\d+) ± \d\.\d+ mm", done.out)
+    assert found is not None
+    assert float(found[1]) < 0.15
