@@ -48,8 +48,8 @@ def with_own_zeros(
                 break
     if not moved.any():
         return list(tables), []
-    most = np.unravel_index(np.argmax(np.abs(moved)), moved.shape)
-    at = tables[of_table[most[0]]]
+    row, cell = divmod(int(np.argmax(np.abs(moved))), len(cells))
+    at = tables[of_table[row]]
     made = [
         replace(table, data=table.data.assign(**{
             column: counts[of_table == i, j] - moved[of_table == i, j]
@@ -59,7 +59,7 @@ def with_own_zeros(
     return made, [Finding(
         "zeros_of_series", "note", at.path.name,
         f"the empty plate reads something else in each series, by up to "
-        f"{abs(moved[most]):.3g} off the mean in {cells[most[1]]}: each has its own zeros",
+        f"{abs(moved[row, cell]):.3g} off the mean in {cells[cell]}: each has its own zeros",
         "go on noting the empty plate in each series",
     )]  # fmt: skip
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.shared_weight import LEAST_CELLS, loaded_places, share_one_weight
 from footcal_cli.tables.pivot import labels_of
@@ -129,6 +129,8 @@ def _alike(one: ColumnGuess, other: ColumnGuess) -> bool:
     """Whether two columns hold the same in all rows."""
     if one.values is not None and other.values is not None:
         return np.array_equal(one.values, other.values, equal_nan=True)
+    if one.codes is None or other.codes is None:
+        return False
     return one.words == other.words and np.array_equal(one.codes, other.codes)
 
 
@@ -149,7 +151,7 @@ def _cells_at_holes(columns: Sequence[ColumnGuess]) -> Pivot | None:
         turns = column.codes.reshape(-1, cells)
         if len(turns) < _LEAST_ROWS or np.any(turns != np.arange(cells)):
             continue
-        table = np.array([np.nan_to_num(c.values).reshape(-1, cells) for c in said])
+        table = np.array([np.nan_to_num(numbers_of(c)).reshape(-1, cells) for c in said])
         if np.all(table == table[:, :, :1]) and np.ptp(table, axis=1).any():
             return Pivot((column.column,), column.words, "")
     return None

@@ -35,7 +35,9 @@ def with_ways(plan: LogPlan) -> LogPlan:
     used |= {name for own in every for e in own.values() for name in e.only_where}
     cell = plan.entries.get("channel")
     of_cell = None if cell is None or cell.column is None else cell.column.codes
-    for column in plan.file.of(*_MAY_SAY) if load is not None else ():
+    if load is None:
+        return plan
+    for column in plan.file.of(*_MAY_SAY):
         if column.column in used or column.codes is None or len(column.words) not in _WORDS:
             continue
         names = _ways(load, column, np.zeros(load.size, np.int64) if of_cell is None else of_cell)

@@ -107,7 +107,7 @@ def an_empty_plate_between(folder: Path) -> list[Path]:
 def a_list_of_raw_files(folder: Path, jump: float = 0.0) -> list[Path]:
     """A raw file for each placement, and a list that says what each is of."""
     rng = np.random.default_rng(7)
-    listed, paths = ["file,kai,ana,x_mm,y_mm,omori_kg,biko"], []
+    listed, paths = ["file,kai,ana,x_mm,y_mm,omori_kg,biko"], list[Path]()
     for series in (1, 2, 3):
         for name, hole in visits(series):
             path = folder / f"m{len(paths) + 1:03d}.csv"
