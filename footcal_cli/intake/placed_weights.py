@@ -22,6 +22,7 @@ from footcal_cli.core.bench.placement_rows import (
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.intake.empty_plate import carried, with_others
+from footcal_cli.intake.zeros_of_series import with_own_zeros
 from footcal_cli.recipe import Robot
 from footcal_cli.recipe.options import OfflineFitOptions
 from footcal_cli.tables.columns import cop_points_table, placements_table
@@ -54,10 +55,14 @@ class PlacementLog:
 
 
 def placed(session: Session[Any]) -> list[Table]:
-    """Logs of a weight on the holes of feet; empty without."""
+    """Logs of a weight on the holes of feet, by the zeros of each series; empty without."""
     feet = session.recipe.robot.feet.values()
     cells = next((tuple(foot.cells) for foot in feet if foot.cells), ())
-    return session.read(placements_table(cells)) if cells else []
+    if not cells:
+        return []
+    tables, findings = with_own_zeros(session.read(placements_table(cells)), cells)
+    session.note(f for f in findings if f not in session.noted)
+    return tables
 
 
 def read_feet(

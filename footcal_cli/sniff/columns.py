@@ -35,7 +35,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, Sure, numbers_of
 from footcal_cli.sniff.lettered import with_lettered_cells
 from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import NameGuess, name_guess, words_of
-from footcal_cli.sniff.pivots import pivot_of
+from footcal_cli.sniff.pivots import pivot_of, said_once
 from footcal_cli.sniff.registers import joined_registers
 from footcal_cli.sniff.rounds import with_rounds
 from footcal_cli.sniff.silent import MEASURED, no_reading
@@ -144,7 +144,8 @@ def _looked_at(path: Path, text: TextGuess, *, turn: bool = True) -> FileGuess:
         turned = pivoted_names(names, pivot, path)
         below = tuple(units.get(own_names([name], pivot)[-1], "") for name in turned)
         layout = replace(text.layout, pivot=pivot)
-        return _looked_at(path, replace(text, layout=layout, units=below, said=(*text.said, said)))
+        text = replace(text, layout=layout, units=below, said=(*text.said, said))
+        return said_once(_looked_at(path, text), columns, pivot)
     rows = len(next(iter(raw.values())).values)
     return FileGuess(path, text, tuple(columns), rows, rate_of(columns), rows_of)
 

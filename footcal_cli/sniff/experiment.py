@@ -34,6 +34,7 @@ from footcal_cli.sniff.plan import (
 )
 from footcal_cli.sniff.plates import force_and_cop
 from footcal_cli.sniff.six_axis import transducers
+from footcal_cli.sniff.ways import with_ways
 from footcal_cli.sniff.weights import (
     known_wrench,
     loads_across,
@@ -85,7 +86,7 @@ def plan_of(file: FileGuess) -> LogPlan | None:
     if loads and cells:
         one = meant(loads, cells)
         plan = _as_typed(file, one.loads, cells) or weights(file, one.loads, cells)
-        return one.said_in(_once(plan, one.loads))
+        return with_ways(one.said_in(_once(plan, one.loads)))
     across = loads_across(file)
     if across is not None:
         return across

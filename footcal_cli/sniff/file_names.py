@@ -23,6 +23,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, LogPlan, reading_entry, times
+from footcal_cli.sniff.runs_of_cells import cells_and_runs, series_of_cells
 from footcal_cli.sniff.six_axis import forces_of, share_a_weight
 from footcal_cli.tables.textfiles import called_as
 
@@ -125,8 +126,9 @@ def alike_part(group: list[FileGuess]) -> Part | None:
             and (names.of_cells or loads_named(names) is None)
             and (names.of_cells or not any(re.fullmatch(r"[\d_-]*", w) for w in names.middle))
         ):  # fmt: skip
-            return Part(weights_per_channel(plan, names), paths, names.match)
-    plan = files_of_cells(plan, group, names) or plan
+            made_of = cells_and_runs(plan, group, names) or weights_per_channel(plan, names)
+            return Part(made_of, paths, names.match)
+    plan = series_of_cells(plan, group, names) or files_of_cells(plan, group, names) or plan
     return None if plan is None else Part(plan, paths, names.match)
 
 

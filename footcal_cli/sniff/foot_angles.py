@@ -5,6 +5,8 @@ Room: sniff; asked by bodies.
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,8 @@ _PARTS = 10
 """Parts of a walk whose directions are compared with the headings in them."""
 _CLEARLY = 0.5
 """The right unit leaves so small a share of what the other leaves."""
+_DEGREES = re.compile(r"(?i)[\[(]\s*(?:der|derece|gr|grd|st|stop|aste)\.?\s*[\])]")
+"""Degrees as they are cut short behind an angle; ``der`` alone is a side, too."""
 _STEEPEST_RAD, _ALL_BUT = 1.3, 0.995
 """No sole rolls or pitches as far from how it stands, but in a few rows."""
 
@@ -34,6 +38,8 @@ def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:
     """
     if (said := axes.columns["yaw"].unit) in ("rad", "deg"):
         return said, "its name"
+    if said is None and _DEGREES.search(axes.after):
+        return "deg", "its name"
     yaw = axes.values(["yaw"])[:, 0]
     tilts = [axes.values([a])[:, 0] for a in axes.columns if a != "yaw"]
     steep = [float(np.nanquantile(np.abs(t - np.nanmedian(t)), _ALL_BUT)) for t in tilts]

@@ -316,6 +316,8 @@ def _before(pieces: list[str], at: int) -> list[str]:
 
 
 def _name(words: list[str], called: str) -> str:
+    if not words:  # no letter of Latin stands before it
+        return called
     if called == "load":
         return f"load_{words[-1].lower()}" if words[-1] in _UNITS else called
     words = words[-1:] if words[-1].lower() in (*COUNTED, "channel") else words[-2:]

@@ -24,6 +24,8 @@ _LARGEST_M = 2.0
 """No robot is longer; places without a unit that lie further out are in mm."""
 _LARGEST_FOOT_M = 0.5
 _AXIS = re.compile(r"[_. ][fv]?[xyz]$", re.IGNORECASE)
+_INDEX, _LAST = re.compile(r"\[(\d+)\]"), re.compile(r"(\d+)\]?$")
+"""Of a list in a text, and of the column of one of its numbers: ``[0]``, ``left/force[0]``."""
 _Places = Mapping[str, tuple[float, ...]]
 
 
@@ -90,6 +92,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     by_address = {name_guess(name).address or name: at for name, at in places.items()}
     holes = plan.entries.get("hole_x_m")  # one sheet may place cells and holes
     called = {n: at for n, at in places.items() if holes is None or n not in holes.names}
+    by_index = {int(f[1]): at for n, at in places.items() if (f := _INDEX.fullmatch(n))}
     feet: dict[str, list[str]] = {}
     for channel in plan.channels:
         # cells of placements are called within their foot
@@ -99,6 +102,8 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         at = places.get(own) or places.get(channel) or by_address.get(channel)
         foot, _, cell = channel.partition("_")
         at = at or _within(own, called) or {n.lower(): at for n, at in called.items()}.get(cell)
+        if at is None and len(by_index) == len(places) and (f := _LAST.search(split_unit(own)[0])):
+            at = by_index.get(int(f[1]))  # both feet alike
         if at is None:
             return plan
         line = f"{toml_key(cell)} = {{ x_m = {at[0]:.5g}, y_m = {at[1]:.5g} }}"

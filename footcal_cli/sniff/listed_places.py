@@ -26,8 +26,10 @@ _ROW = re.compile(
     rf"^[\s|*+-]*`?{_NAME}`?\s*(?:[:|=]|\bat\b)[\s|(\[]*{_THREE}\s*(?:mm|cm|m|in)?[\s|)\].;,]*$"
 )
 """A line for each place: its name, then two or three numbers and nothing else."""
-_INLINE = re.compile(rf"{_NAME}\s*[:=]?\s*\(\s*{_THREE}\s*(?:mm|cm|m|in)?\s*\)")
-"""Places in a sentence: ``A (60, 35), B (60, -35)``."""
+_INLINE = re.compile(
+    rf"(?:{_NAME}|(?P<index>\[\d+\]))\s*[:=]?\s*\(\s*{_THREE}\s*(?:mm|cm|m|in)?\s*\)"
+)
+"""Places in a sentence: ``A (60, 35), B (60, -35)``, or of a list's: ``[0] (60, 35), [1] …``."""
 _UNIT = re.compile(r"(?<![\w/])(mm|cm|m|inch|inches|[\[(]in[\])])(?![\w/²^])")
 """Units of lengths; ``in`` without brackets is a word."""
 _HEADING_LINES = 4
@@ -45,8 +47,13 @@ def places_in(path: Path, text: str) -> FileGuess | None:
     lines = text.splitlines()
     rows = [(i, found) for i, line in enumerate(lines) if (found := _ROW.match(line))]
     if len(rows) < _LEAST:
-        rows = [(i, found) for i, line in enumerate(lines) for found in _INLINE.finditer(line)]
-    names = tuple(found["name"].strip() for _, found in rows)
+        inline = [[(i, found) for found in _INLINE.finditer(line)] for i, line in enumerate(lines)]
+        most = max(map(len, inline), default=0)
+        # of a list in one sentence, a pair of numbers in another is none
+        rows = [row for own in inline if most < _LEAST or len(own) > 1 for row in own]
+        counted = [row for row in rows if row[1]["index"]]
+        rows = counted if len(counted) >= _LEAST else rows
+    names = tuple((found["name"] or found.groupdict()["index"]).strip() for _, found in rows)
     if len(names) < _LEAST or len({*names}) < len(names):
         return None
     axes = "xyz" if all(found["z"] for _, found in rows) else "xy"

@@ -8,13 +8,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.shared_weight import loaded_places, share_one_weight
+from footcal_cli.sniff.shared_weight import LEAST_CELLS, loaded_places, share_one_weight
 from footcal_cli.tables.pivot import labels_of
 from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.reading import Pivot
@@ -59,6 +60,8 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     loaded = any(c.quantity == "load" and c.values is not None for c in columns)
     if any(map(_names_files, columns)):
         return None  # an index: each row says what a file is of
+    if (by_cell := _cells_at_holes(columns)) is not None:
+        return by_cell
     if not named or not measured or (loaded and not any(map(_tell_loads, named))):
         return None
     # six axes of legs are read as they stand, a row for each: they hang
@@ -95,6 +98,63 @@ def pivot_of(columns: Sequence[ColumnGuess], raw: Mapping[str, RawColumn]) -> Pi
     if not at and max(own.size for own in rows) > least + 1:
         return None
     return Pivot(by, labels, at)
+
+
+def said_once(file: FileGuess, before: Sequence[ColumnGuess], pivot: Pivot) -> FileGuess:
+    """A table of a row per hole, in which what all cells of a row have alike is one column.
+
+    Parameters
+    ----------
+    file
+        The turned table.
+    before
+        The columns as they stood: what these are called holds for what is said once.
+    """
+    if pivot != _cells_at_holes(before):
+        return file
+    turned = {c.column: c for c in file.columns}
+    made = dict(turned)
+    for own in before:
+        each = [f"{label}.{own.column}" for label in pivot.labels]
+        if own.quantity in _MEASURED or not {*each} <= {*turned}:
+            continue
+        first, *others = (turned[name] for name in each)
+        if all(_alike(first, other) for other in others):
+            made[each[0]] = replace(first, name=own.name, unit=own.unit, sure=own.sure, why=own.why)
+            made = {name: c for name, c in made.items() if name not in each[1:]}
+    return replace(file, columns=tuple(made.values()))
+
+
+def _alike(one: ColumnGuess, other: ColumnGuess) -> bool:
+    """Whether two columns hold the same in all rows."""
+    if one.values is not None and other.values is not None:
+        return np.array_equal(one.values, other.values, equal_nan=True)
+    if one.codes is None or other.codes is None:
+        return False
+    return one.words == other.words and np.array_equal(one.codes, other.codes)
+
+
+def _cells_at_holes(columns: Sequence[ColumnGuess]) -> Pivot | None:
+    """Rows of a weight on a hole, one for each cell under the plate; None where they are others.
+
+    Cells take turns in one order, and what is said of hole and load holds for all of one turn.
+    """
+    said = [c for c in columns if c.quantity in ("hole", "load") and c.values is not None]
+    if not {("hole", "x"), ("hole", "y"), ("load", "")} <= {
+        (c.quantity, c.name.axis) for c in said
+    }:
+        return None
+    for column in columns:
+        cells = len(column.words)
+        if column.codes is None or not LEAST_CELLS <= cells <= _MOST or column.codes.size % cells:
+            continue
+        turns = column.codes.reshape(-1, cells)
+        if len(turns) < _LEAST_ROWS or np.any(turns != np.arange(cells)):
+            continue
+        table = np.array([np.nan_to_num(numbers_of(c)).reshape(-1, cells) for c in said])
+        if np.all(table == table[:, :, :1]) and np.ptp(table, axis=1).any():
+            return Pivot((column.column,), column.words, "")
+    return None
 
 
 def _noted_when_changed(

@@ -70,11 +70,20 @@ def at_holes(
         return None
     if {"x", "y"} <= set(holes):
         hole_m = np.stack([numbers_of(holes[a]) for a in "xy"], axis=1)
+        nowhere = ~np.isfinite(hole_m).all(axis=1)
+        empty = nowhere.any() and not np.nan_to_num(numbers_of(load))[nowhere].any()
+        hole_m = np.where(nowhere[:, None] & empty, 0.0, hole_m)
         points = [
             column for column in file.of("placement", "sequence", "repeat")
-            if _one_place_each(column, hole_m)
+            if one_place_each(column, hole_m)
         ]  # fmt: skip
         places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
+        if empty:  # nothing lies on the foot, and so nowhere
+            why = "nowhere while nothing lies on the foot"
+            places = {
+                n: replace(e, names={**e.names, "": "0"}, why=f"{e.why}; {why}")
+                for n, e in places.items()
+            }
         return _plan(file, points[0] if points else None, places, load, cells)
     label = _on_holes(file, load, cells)
     if label is None:
@@ -111,7 +120,7 @@ def by_one_weight(
     if {"x", "y"} <= set(holes):
         hole_m = np.stack([numbers_of(holes[a]) for a in "xy"], axis=1)
         codes = np.unique(hole_m, axis=0, return_inverse=True)[1].ravel()
-        points = [c for c in file.of("placement", "sequence") if _one_place_each(c, hole_m)]
+        points = [c for c in file.of("placement", "sequence") if one_place_each(c, hole_m)]
         point = points[0] if points else None
         places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
         asked: tuple[Blank, ...] = ()
@@ -218,7 +227,7 @@ def _within(name: str, side: str) -> str:
     return plain or name
 
 
-def _one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:
+def one_place_each(column: ColumnGuess, hole_m: FloatArray) -> bool:
     """Whether rows of one name or number are of one hole (n, 2), and the holes several."""
     named = column.values if column.codes is None else column.codes
     _, first, group = np.unique(

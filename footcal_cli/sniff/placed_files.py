@@ -1,4 +1,4 @@
-"""A file for each placement: the hole stands in a line above its table, or in the file's name.
+"""A file for each placement: a line above its table, its name or a list of files says the hole.
 
 Room: sniff; asked by several. The files are looked at as one table with a row for each of them.
 """
@@ -11,14 +11,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.sniff.columns import as_it_stands
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.file_loads import Names
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import called_in, with_sheet
+from footcal_cli.sniff.indexed import rows_of_files
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.placed import one_place_each
 from footcal_cli.sniff.plan import Entry
 from footcal_cli.sniff.shared_weight import LEAST_CELLS, LEAST_PLACES
 from footcal_cli.sniff.tokens import IN_WORDS
@@ -40,8 +43,7 @@ def placed_files(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess
         groups.setdefault((file.layout, names), []).append(file)
     parts, left = [], list(files)
     for group in groups.values():
-        sheets = [f for f in left if all(f is not own for own in group) and called_in(f)]
-        made = _part(group, sheets)
+        made = _part(group, [f for f in left if all(f is not own for own in group)])
         if made is not None:
             part, used = made
             parts.append(part)
@@ -50,9 +52,9 @@ def placed_files(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess
 
 
 def _part(
-    group: Sequence[FileGuess], sheets: Sequence[FileGuess]
+    group: Sequence[FileGuess], others: Sequence[FileGuess]
 ) -> tuple[Part, list[FileGuess]] | None:
-    """The placements of some files, and the sheets that place their holes."""
+    """The placements of some files, and the sheets among others that place their holes."""
     first = group[0]
     cells = readings(first)
     if len(group) < LEAST_PLACES or len(cells) < LEAST_CELLS or wrenches(numbered(first)):
@@ -60,6 +62,7 @@ def _part(
     if first.of("load", "hole", "com", "placement"):
         return None
     names = Names.of(called([file.path for file in group]))
+    sheets = [sheet for sheet in others if called_in(sheet)]
     words = [known for sheet in sheets for known in called_in(sheet)]
     said = [_said_above(file) for file in group]
     keys = [k for k in said[0] if all(k in own for own in said[1:])]
@@ -69,13 +72,17 @@ def _part(
     ]  # fmt: skip
     if not any(c.quantity in ("placement", "hole") for c in columns):
         columns += _in_names(group, words)
+    index = None
+    if not any(c.quantity in ("placement", "hole") for c in columns):
+        index = next((i for f in others if (i := _in_list(f, names, group)) is not None), None)
+        columns += index[1] if index is not None else []
     units = {known_unit(own[k]) for own in said for k in own if _UNIT_SAID.fullmatch(k)}
     unit = units.pop() if len(units) == 1 else None
     table = _table(group, unit)
     plan = plan_of(replace(first, columns=(*columns, *table), rows=len(group), rate_hz=None))
     if plan is None or plan.role != "placements":
         return None
-    used = []
+    used = [] if index is None else [index[0]]
     for sheet in sheets:
         placed = with_sheet(plan, sheet)
         used += [sheet] if placed is not plan else []
@@ -131,6 +138,33 @@ def _in_names(group: Sequence[FileGuess], words: Sequence[set[str]]) -> Iterator
             return
 
 
+def _in_list(
+    sheet: FileGuess, names: Names, group: Sequence[FileGuess]
+) -> tuple[FileGuess, list[ColumnGuess]] | None:
+    """What a list of files says of each: the hole, by its place or name, the weight, the repeat."""
+    plain = as_it_stands(sheet)
+    for key in plain.columns:
+        rows = rows_of_files(key, names, [file.path for file in group])
+        if rows is None:
+            continue
+        at, why = np.array(rows), f"by {sheet.path.name}"
+        said = [
+            replace(
+                c, why=why, values=None if c.values is None else c.values[at],
+                codes=None if c.codes is None else c.codes[at],
+            )
+            for c in plain.of(*_NAMED, "label")
+            if c is not key and (c.values is not None or c.codes is not None)
+        ]  # fmt: skip
+        places = [c.values for c in said if c.quantity == "hole" and c.values is not None]
+        if places:
+            where = np.nan_to_num(np.stack(places, axis=1))
+            points = [c for c in said if c.codes is not None and one_place_each(c, where)]
+            called_so = [c.as_quantity("placement", c.sure, why) for c in points[:1]]
+            return sheet, called_so + [c for c in said if c.quantity not in ("label", "placement")]
+    return None
+
+
 def _table(group: Sequence[FileGuess], unit: str | None) -> Iterator[ColumnGuess]:
     """Medians of all readings, a row for each file."""
     for cell in readings(group[0]):
@@ -147,7 +181,7 @@ def _by_file(entry: Entry, columns: Mapping[str, ColumnGuess], names: Names) -> 
     if column.codes is not None:
         texts = [column.words[i] for i in column.codes]
     else:
-        texts = [f"{value:.10g}" for value in numbers_of(column)]
+        texts = [f"{v:.10g}" if np.isfinite(v) else "" for v in numbers_of(column)]
     meant = {
         word: entry.names.get(text, text) for word, text in zip(names.middle, texts, strict=True)
     }

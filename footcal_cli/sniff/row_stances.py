@@ -18,6 +18,7 @@ from footcal_cli.sniff.plan import NO_RATE, LogPlan
 _MOST_ROWS, _LEAST_ROWS = 400, 4
 _CHANGES = 0.5
 """Squared steps from row to row as a share of twice the variance; of independent rows it is 1."""
+_COM = ("com_x_m", "com_y_m")
 _HELD_S = 3.0
 """How long a stance is taken to be held: the first second of a log is left out."""
 
@@ -25,9 +26,13 @@ _HELD_S = 3.0
 def with_row_stances(plan: LogPlan) -> LogPlan:
     """A stand whose rows are stances, each of them held for seconds; any other plan as it is.
 
-    A walk whose rows bring the scatter of what was read is one, too: its rows are means.
+    A walk whose rows bring the scatter of what was read is one, too: its rows are means; and one
+    whose CoM jumps from row to row.
     """
     rows, means = plan.file.rows, any(c.why == IS_SCATTER for c in plan.file.columns)
+    places = [numbers_of(e.column) for n, e in plan.entries.items()
+              if n in _COM and e.column is not None and e.column.values is not None]  # fmt: skip
+    means |= bool(places) and min(map(_changes, places)) > _CHANGES
     stands = plan.command == "static-init" or (plan.command == "online-replay" and means)
     if plan.role != "cells" or not stands or plan.rate_hz is None:
         return plan

@@ -17,6 +17,7 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.triples import Axes, angles, axes_of, quaternions
 from footcal_cli.sniff.units import LENGTHS
+from footcal_cli.sniff.vocabulary import WITH_A_LEG
 
 _SIDES = ({"left", "right"}, {"fl", "fr"})
 _ABOVE, _BESIDE = 0.5, 1.5
@@ -45,8 +46,11 @@ def standing(file: FileGuess) -> FileGuess:
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
     length = length_unit(above[0].values("z")[:, 0])
+    names = [_side(v) for v in feet]
+    if {*names} != {"left", "right"}:
+        names = foot_names([v.before for v in feet], places, None)
     made = of_the_com({"com": above[0]}, length=length) | of_the_feet(
-        feet, foot_names([v.before for v in feet], places, None), frames, units, length=length
+        feet, names, frames, units, length=length
     )
     why = "two feet with a place above them"
     return replace(file, columns=tuple(
@@ -64,11 +68,13 @@ def _could_be_a_place(column: ColumnGuess) -> bool:
 
 def _side(axes: Axes) -> str:
     name = name_guess(f"{axes.before}x{axes.after}")
-    return name.side or name.place
+    return name.side or name.place or WITH_A_LEG.get(axes.before.strip("_. -").lower(), "")
 
 
 def _above(com: FloatArray, left: FloatArray, right: FloatArray) -> bool:
-    """Whether a place (n, 3) lies above the middle of two feet (n, 3) in most rows."""
+    """Whether a place (n, 3) lies above the middle of two feet (n, 3) in most rows of all three."""
+    said = np.isfinite(np.hstack([com, left, right])).all(axis=1)
+    com, left, right = com[said], left[said], right[said]
     wide = np.linalg.norm((left - right)[:, :2], axis=1)
     way = com - (left + right) / 2
     high, beside = way[:, 2] > _ABOVE * wide, np.linalg.norm(way[:, :2], axis=1) < _BESIDE * wide

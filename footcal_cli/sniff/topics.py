@@ -19,6 +19,7 @@ from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.values import seconds, stamps
 
 _FEWEST = 3
+_FELT = ("force", "reading")
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 
 
@@ -37,9 +38,21 @@ def topic(raw: Mapping[str, RawColumn]) -> str:
     there = [~raw[names[0]].silent for names in topics.values()]
     if np.any(np.sum(there, axis=0) > 1):
         return ""
-    felt = ("force", "reading", "load")
+    whole = {name: column for name, column in raw.items() if not column.silent.any()}
+    called = any(name_guess(name).quantity in _FELT for name in whole)
+    if called or sum(map(_goes_both_ways, whole.values())) >= _FEWEST:
+        return ""  # sensors are read in every row: remarks stand where something else is empty
+    felt = (*_FELT, "load")
     named = [name for own in topics.values() for name in own if name_guess(name).quantity in felt]
     return named[0] if named else next(iter(topics.values()))[0]
+
+
+def _goes_both_ways(column: RawColumn) -> bool:
+    """Whether numbers rise and fall, as neither stamps nor counts of rows do."""
+    if column.kind != "number":
+        return False
+    steps = np.diff(np.asarray(column.values, dtype=np.float64))
+    return bool(np.any(steps > 0) and np.any(steps < 0))
 
 
 def stamps_of(column: RawColumn) -> FloatArray | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Sequence
 
 from footcal_cli.tables.units import SPELLINGS, TIMES
@@ -118,7 +119,10 @@ def known_unit(text: str) -> str | None:
     small = plain.lower()
     if len(small) > _AMBIGUOUS and small in SPELLINGS:
         return small  # lbF, KGF; of MN and mN the size of the letters is all that tells
-    return _ALSO.get(small) or None
+    if (unit := _ALSO.get(small)) is not None:
+        return unit or None
+    one_letter_each = unicodedata.normalize("NFKC", plain)  # ℃, ㎏ and ㎜ are one sign
+    return known_unit(one_letter_each) if one_letter_each != plain else None
 
 
 def split_unit(name: str) -> tuple[str, str | None, float]:

@@ -169,13 +169,13 @@ ANGLES = {
     for axis, spellings in {
         "roll": "roll bank rollwinkel wankwinkel rollen wanken wank roulis alabeo balanceo rollio "
         "rolamento rolagem rolado rotolamento krängning krengning kallistus przechylenie "
-        "крен 横滚角 横滚 ロール角 ロール",
+        "yalpa yuvarlanma крен 横滚角 横滚 ロール角 ロール",
         "pitch": "pitch elevation nickwinkel nicken nick tangage cabeceo beccheggio arfagem "
         "pochylenie stampning "
-        "тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
+        "yunuslama тангаж 俯仰角 俯仰 ピッチ角 ピッチ",
         "yaw": "yaw heading gierwinkel gieren gier lacet guiñada guinada imbardata "
         "odchylenie girning "
-        "рыскание 偏航角 偏航 ヨー角 ヨー",
+        "sapma рыскание 偏航角 偏航 ヨー角 ヨー",
     }.items()
     for word in spellings.split()
 }

@@ -124,9 +124,6 @@ def weights(
         channel = of(chosen) if chosen is not None else Entry(value=one_name, why="one cell alone")
         if recorded(file, load) and not labels:
             return _stream(file, {one_name: cell}, entries, asked)
-        direction = file.of("direction")
-        if direction and (direction[0].values is not None or direction[0].names):
-            entries["direction"] = of(direction[0])
         entries |= {"channel": channel, "counts": reading_entry(cell)}
         entries |= pieces_under(load, [c for c in file.of("label") if c not in labels])
         return LogPlan(

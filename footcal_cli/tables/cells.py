@@ -77,7 +77,8 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
     raw = held(raw) if place.held else raw
     raw = _without_reading(raw, place, reading.layout) if place.missing else raw
     spelled = {number: name for name in place.names if (number := _number_of(name)) is not None}
-    raw = _as_text(raw, spelled) if raw.kind == "number" and spelled else raw
+    if raw.kind == "number" and (spelled or "" in place.names):
+        raw = _as_text(raw, spelled)
     if raw.kind != "text" or not (place.pattern or place.names):
         return raw
     words: list[object] = []
@@ -112,7 +113,8 @@ def cell_of(raw: RawColumn, place: ForeignColumn, reading: Reading, path: Path) 
 def _as_text(raw: RawColumn, spelled: Mapping[float, str]) -> RawColumn:
     """A column of numbers as texts, each number as one of the names spells it: 0.0 is ``0``."""
     words = [spelled.get(number, f"{number:.17g}") for number in raw.values.tolist()]
-    return replace(raw, kind="text", values=np.array(words, dtype=object))
+    empty = raw.empty | np.isnan(np.asarray(raw.values, dtype=np.float64))
+    return replace(raw, kind="text", values=np.array(words, dtype=object), empty=empty)
 
 
 def _plain_number(said: str, layout: Layout) -> str:

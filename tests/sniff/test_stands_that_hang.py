@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -160,3 +161,64 @@ def test_ten_rows_of_stances_are_refused_as_no_quiet_standing(run: Run, tmp_path
     answer = run("static-init", "--recipe", recipe, "--out", tmp_path / "out")
     assert answer.exit_code == 3
     assert "no quiet standing" in answer.err
+
+
+TURKISH = ("TOPUK", "IC", "DIS")
+
+
+def turkish_rows(folder: Path) -> list[Path]:
+    """A row of means for each stance, in Turkish; nothing is posed while the robot hangs."""
+    rng = np.random.default_rng(3)
+    head = [
+        "No",
+        "Durus",
+        *(f"{s}-{n} [N]" for s in "LR" for n in TURKISH),
+        *(f"{s}-{n} std" for s in "LR" for n in TURKISH),
+        *(f"KM_{a} [mm]" for a in "xyz"),
+    ]
+    for side in ("Sol", "Sag"):
+        head += [f"{side}_{a} [mm]" for a in "xyz"]
+        head += [f"{side}_{a} [der]" for a in ("yalpa", "yunuslama", "sapma")]
+    lines = ["Deney:\tSakin durus", "", "\t".join(head)]
+    hung = (np.zeros((2, 2)), np.zeros(2), np.zeros(6))
+    for number, (soles, com, force) in enumerate([hung, *stances(rng), hung]):
+        row = [*(force + ZERO_N + rng.normal(0, 0.05, 6)), *rng.uniform(0.3, 0.6, 6)]
+        said = [f"{v:.2f}" for v in row]
+        if number in (0, STANCES + 1):
+            said += [""] * 15
+        else:
+            said += [f"{1e3 * v:.1f}" for v in (*com, 0.7)]
+            for sole in soles:
+                said += [f"{1e3 * v:.1f}" for v in (*sole, 0.0)]
+                said += [f"{v:.2f}" for v in rng.normal(0, 0.05, 3)]
+        name = "Askida" if number in (0, STANCES + 1) else f"durus {number}"
+        lines.append("\t".join([str(number), name, *said]).replace(".", ","))
+    path = folder / "durus.txt"
+    path.write_text("\n".join(lines) + "\n")
+    return [path]
+
+
+def test_a_sheet_of_stances_in_another_language(run: Run, tmp_path: Path) -> None:
+    recipe, notes = tmp_path / "r.toml", tmp_path / "notes.md"
+    places = [f"| {s}-{n} | {1e3 * x:g} | {1e3 * y:g} |"
+              for s in "LR" for n, (x, y) in zip(TURKISH, CELLS, strict=True)]  # fmt: skip
+    notes.write_text("\n".join([
+        f"Robotun kutlesi: {WEIGHT_N / 9.8018:.2f} kg. g = 9,8018 m/s2.", "", "Hucreler (mm):", "",
+        "| hucre | x | y |", "|---|---|---|", *places,
+    ]) + "\n")  # fmt: skip
+    done = run("init", *turkish_rows(tmp_path), notes, "-o", recipe)
+    assert done.exit_code == 0, done.err
+    made = tomllib.loads(recipe.read_text())
+    columns = made["columns"]
+    assert columns["com_z_m"] == {"column": "KM_z [mm]", "unit": "mm"}
+    assert columns["left_foot_yaw_rad"] == {"column": "Sol_sapma [der]", "unit": "deg"}
+    assert columns["right_foot_roll_rad"] == {"column": "Sag_yalpa [der]", "unit": "deg"}
+    assert sum(name.endswith("_counts") for name in columns) == 6
+    assert made["files"][0]["zeros_where"] == {"Durus": "Askida"}
+    assert {*made["robot"]["feet"]} == {"left", "right"}
+    out = tmp_path / "out"
+    done = run("static-init", "--recipe", recipe, "--out", out, "--no-pictures")
+    assert done.exit_code == 0, done.err
+    record = read_record(ParametersRecord, out / "parameters.json")
+    biases = [v.value for name, v in record.parameters.items() if name.endswith(".bias")]
+    assert biases == pytest.approx([*-ZERO_N], abs=0.3)
