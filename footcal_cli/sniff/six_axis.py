@@ -21,7 +21,7 @@ from footcal_cli.sniff.hangings import (
     unnamed,
 )
 from footcal_cli.sniff.in_series import pairs_in_series
-from footcal_cli.sniff.mounts import Mounts, mounts_of
+from footcal_cli.sniff.mounts import Mounts, mounts_of, one_weight_each
 from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
 from footcal_cli.sniff.pose_numbers import pose_numbers
 from footcal_cli.sniff.shafts import beside, legs_first, shafts
@@ -77,7 +77,9 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     if orientation and mounts is not None:  # numbers are more exact than words, if forces agree
         orientation, mounts = ([], mounts) if mounts.hang else (orientation, None)
     hang = mounts is not None and mounts.hang is True
-    if mounts is not None and mounts.hang is False and len(forces) > 2:
+    if mounts is not None and mounts.hang is False and one_weight_each(forces):
+        hang = True  # in frames of their own: nothing that stands carries the same in all rows
+    elif mounts is not None and mounts.hang is False and len(forces) > 2:
         standing = _poses(file, six, labels, mounts)
         if standing is not None:
             return standing
@@ -155,9 +157,11 @@ def _turned_along(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]])
     """Transducers on the legs' side of their shafts, whose attitude is not the body's."""
     found = turned_along(file, six)
     return found and Blank(
-        ("# body_… in [columns]: the attitude of each row, turned by the leg's angle",),
+        ("# body_… in [columns]: the attitude of each row, turned by the leg's angle",
+         "# gravity_x, gravity_y, gravity_z in [files.wide…] where each leg has angles of its own"),
         f"the forces of {found[0]} turn with {found[1]}: it turns with its leg, so that each row "
-        "has an attitude of its own; write it into the log (roll, pitch, yaw of the transducer)",
+        "has an attitude of its own; write it into the log (roll, pitch, yaw of the transducer, or "
+        "the direction of gravity in its axes)",
     )  # fmt: skip
 
 
