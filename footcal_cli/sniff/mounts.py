@@ -8,7 +8,7 @@ of Kabsch (1976); of the ways to read the attitude, the one that explains most i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -49,11 +49,14 @@ class Mounts:
     hang
         Whether most transducers carry one weight in every attitude; None where the body hardly
         turns.
+    turns_about
+        Axis of the body about which each turns with its leg, where they do.
     """
 
     attitude: Attitude
     rotation: Mapping[str, FloatArray]
     hang: bool | None
+    turns_about: Mapping[str, str] = field(default_factory=dict)
 
     def rpy_rad(self, name: str) -> tuple[float, float, float]:
         """Roll, pitch and yaw of a transducer's mounting, as a recipe has them."""

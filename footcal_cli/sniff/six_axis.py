@@ -21,11 +21,12 @@ from footcal_cli.sniff.hangings import (
     unnamed,
 )
 from footcal_cli.sniff.in_series import pairs_in_series
-from footcal_cli.sniff.mounts import Mounts, mounts_of, one_weight_each
+from footcal_cli.sniff.mounts import Mounts, mounts_of
 from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, times
 from footcal_cli.sniff.pose_numbers import pose_numbers
 from footcal_cli.sniff.shafts import beside, legs_first, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
+from footcal_cli.sniff.turned_legs import hung_in_own_frames
 from footcal_cli.sniff.turning import turned_along
 
 COUNTED = Blank(
@@ -76,10 +77,10 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         mounts = mounts_of(file, forces)
     if orientation and mounts is not None:  # numbers are more exact than words, if forces agree
         orientation, mounts = ([], mounts) if mounts.hang else (orientation, None)
+    if mounts is not None and mounts.hang is False:
+        mounts = hung_in_own_frames(file, six, forces, mounts) or mounts
     hang = mounts is not None and mounts.hang is True
-    if mounts is not None and mounts.hang is False and one_weight_each(forces):
-        hang = True  # in frames of their own: nothing that stands carries the same in all rows
-    elif mounts is not None and mounts.hang is False and len(forces) > 2:
+    if mounts is not None and mounts.hang is False and len(forces) > 2:
         standing = _poses(file, six, labels, mounts)
         if standing is not None:
             return standing
@@ -160,8 +161,7 @@ def _turned_along(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]])
         ("# body_… in [columns]: the attitude of each row, turned by the leg's angle",
          "# gravity_x, gravity_y, gravity_z in [files.wide…] where each leg has angles of its own"),
         f"the forces of {found[0]} turn with {found[1]}: it turns with its leg, so that each row "
-        "has an attitude of its own; write it into the log (roll, pitch, yaw of the transducer, or "
-        "the direction of gravity in its axes)",
+        "has an attitude of its own; write it into the log (roll, pitch, yaw of the transducer)",
     )  # fmt: skip
 
 
@@ -279,6 +279,8 @@ def leg_tables(names: Iterable[str], mounts: Mounts | None) -> tuple[str, ...]:
             angles = ", ".join(f"{angle:g}" for angle in mounts.rpy_rad(name))
             why = "likely: so the forces are the leg's weight; the drawing knows better"
             lines.append(f"rotation_rpy_rad = [{angles}]    # {why}")
+            if axis := mounts.turns_about.get(name):
+                lines.append(f'turns_about = "{axis}"    # likely: it turns with its leg')
         else:
             lines.append("# rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the body's")
         tables.append("\n".join(lines))

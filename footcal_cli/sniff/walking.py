@@ -52,7 +52,8 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     body = found[0] if len(found) == 1 else None
     cells = [
         (i, c) for i, file in enumerate(files)
-        if file.of("time") and file.rows >= _LEAST and not file.of("load") and not wrenches(numbered(file))
+        if file.of("time") and file.rows >= _LEAST and not file.of("load")
+        and not wrenches(numbered(file))
         for c in readings(file)
     ]  # fmt: skip
     feet = _by_names([c for _, c in cells])
@@ -63,6 +64,8 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         cells = [own for own, is_cell in zip(cells, felt, strict=True) if is_cell]
         shares = [own for own, is_cell in zip(shares, felt, strict=True) if is_cell]
         feet = _as_the_feet(body, [c for _, c in cells]) or _by_steps(body, shares)
+        if [c.name.side for _, c in cells] == feet:
+            return files  # their names say it already
     if not feet or (body is None and [c.name.side for _, c in cells] == feet):
         return files
     named = _named([c for _, c in cells], feet)

@@ -12,11 +12,21 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.records.files import read_record
+from footcal_cli.records.results import ParametersRecord
 from footcal_cli.sniff.bodies import body_of
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.guesses import FileGuess
+from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.motion import body_entries
+from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.one_sign import under_hung_names
+from footcal_cli.sniff.plan import LogPlan, of
 from footcal_cli.sniff.several import parts_of
+from footcal_cli.sniff.text import TextGuess
+from footcal_cli.tables.reading import Layout
+from tests.conftest import Run
 from tests.sniff.hung_robots import AXES, COM_M, OFFSET, WEIGHT_N
 from tests.sniff.test_bodies_in_files import _topic
 from tests.sniff.test_walks import Walk, _bench, _columns, _parts, _written, _xyz
@@ -108,8 +118,6 @@ def test_an_angular_momentum_is_neither_a_foot_nor_a_rate(tmp_path: Path) -> Non
 
 
 def _entries(file: FileGuess) -> dict[str, str]:
-    from footcal_cli.sniff.motion import body_entries
-
     body = body_of(file)
     assert body is not None
     found = body_entries(body.file).items()
@@ -231,29 +239,65 @@ def test_inspection_sheets_by_serial_number_read_up_and_down(tmp_path: Path) -> 
     assert {*stream.channels} == {c for plan in benches for c in plan.channels}
 
 
-@pytest.mark.parametrize("stands", [False, True])
-def test_legs_that_turn_with_their_transducers_hang(tmp_path: Path, stands: bool) -> None:
-    """Forces of one size each, in four runs, are weights; no robot that stands carries so."""
+def _suspension(path: Path, legs: tuple[str, ...], rows: int, *, stands: bool) -> Path:
+    """Four runs of one orientation each; transducers along the body's axes turn with their legs."""
     rng = np.random.default_rng(3)
-    rows = []
+    lines = []
     for run, down in enumerate(([0, 0, -1], [0, 0, 1], [-1, 0, 0], [1, 0, 0]), 1):
         four = Rotation.align_vectors([[0, 0, -1]], [down])[0].as_quat()
-        for k in range(200):
-            row = [run, 0.1 * k, *four]
-            for i in range(4):
-                angle = (-1) ** i * 1.4 * np.sin(2 * np.pi * k / 100)
+        for k in range(rows):
+            line = [run, 0.1 * k, *four]
+            for i in range(len(legs)):
+                angle = (-1) ** i * 1.4 * np.sin(4 * np.pi * k / rows)
                 turn = Rotation.from_euler("y", angle).inv()
                 load = 1 + (0.5 * np.sin(k + i) if stands else 0.0)
                 force = load * turn.apply(WEIGHT_N * np.array(down))
                 six = np.hstack([force, np.cross(COM_M, force)]) + OFFSET
-                row += [angle, *(six + rng.normal(0, 0.03, 6))]
-            rows.append(row)
+                line += [angle, *(six + rng.normal(0, [0.03] * 3 + [0.003] * 3))]
+            lines.append(line)
     names = ["Run", "Time_s", "Body_qx", "Body_qy", "Body_qz", "Body_qw"]
-    for leg in ("FL", "FR", "HL", "HR"):
+    for leg in legs:
         names += [f"{leg}_Phase_rad", *(f"{leg}_{axis}" for axis in AXES)]
-    pd.DataFrame(rows, columns=names).round(5).to_csv(tmp_path / "suspension.csv", index=False)
-    plan = plan_of(guess_file(tmp_path / "suspension.csv"))
+    pd.DataFrame(lines, columns=names).round(5).to_csv(path, index=False)
+    return path
+
+
+@pytest.mark.parametrize("stands", [False, True])
+def test_legs_that_turn_with_their_transducers_hang(tmp_path: Path, stands: bool) -> None:
+    """Forces of one size each, in four runs, are weights; no robot that stands carries so."""
+    log = _suspension(tmp_path / "s.csv", ("FL", "FR", "HL", "HR"), 200, stands=stands)
+    plan = plan_of(guess_file(log))
     assert plan is not None
     assert (plan.command == "hang-calib") is not stands
     if not stands:
-        assert any("it turns with its leg" in blank.why for blank in plan.blanks)
+        assert plan.ready
+        assert sum('turns_about = "+y"' in table for table in plan.robot) == 4
+
+
+def test_hanging_of_transducers_that_turn_with_their_legs(tmp_path: Path, run: Run) -> None:
+    log, recipe = _suspension(tmp_path / "s.csv", ("L", "R"), 60, stands=False), tmp_path / "r.toml"
+    assert run("init", log, "-o", recipe).exit_code == 0
+    assert recipe.read_text(encoding="utf-8").count("turns_about") == 2
+    done = run("hang-calib", "--recipe", recipe, "--no-pictures", "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.err
+    found = read_record(ParametersRecord, tmp_path / "out" / "parameters.json").parameters
+    for leg in ("left", "right"):
+        weight = found[f"{leg}.weight"]
+        assert weight.sd is not None
+        assert abs(weight.value - WEIGHT_N) < 4 * weight.sd
+        offset = found[f"{leg}.offset_fx"]
+        assert offset.sd is not None
+        assert abs(offset.value - OFFSET[0]) < 4 * offset.sd
+
+
+def test_poses_have_the_legs_names_of_the_hanging() -> None:
+    """Words ``lf`` and ``rh`` in the hanging are the legs fl and hr of the poses' columns."""
+    file = FileGuess(Path("a.csv"), TextGuess(Layout()), (), 0)
+    words = ColumnGuess("leg", NameGuess("label"), None, "sure", "", words=("lf", "rh"))
+    hung = LogPlan(file, "", "", "sure", "hang-calib", "hang", {"leg": of(words)})
+    table = "[robot.legs.{}]\n# position_m = [0.0, 0.0, 0.0]"
+    poses = replace(hung, command="pose-calib", role="poses", entries={},
+                    wide={"fl": {}, "hr": {}}, robot=(table.format("fl"), table.format("hr")))  # fmt: skip
+    parts = under_hung_names([Part(hung, (), ""), Part(poses, (), "")])
+    assert [*parts[1].plan.wide] == ["lf", "rh"]
+    assert parts[1].plan.robot == (table.format("lf"), table.format("rh"))
