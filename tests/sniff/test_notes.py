@@ -85,7 +85,7 @@ def test_a_table_of_places_below_prose_is_no_log(tmp_path: Path) -> None:
     rows = (f"| LF{i} | {i}.90 | 1.55 |" for i in (1, 2, 3))
     head = [
         "Robot weight incl. batteries 135.0 lb (scale).",
-        "Buttons are 1.00 in above the floor.",
+        "They are 1.00 in above the floor.",
     ]
     notes.write_text("\n".join([*head, "", "| cell | x | y |", "|---|---|---|", *rows]) + "\n")
     assert notes_among([log, notes]) == [notes]

@@ -296,8 +296,10 @@ def test_poses_have_the_legs_names_of_the_hanging() -> None:
     words = ColumnGuess("leg", NameGuess("label"), None, "sure", "", words=("lf", "rh"))
     hung = LogPlan(file, "", "", "sure", "hang-calib", "hang", {"leg": of(words)})
     table = "[robot.legs.{}]\n# position_m = [0.0, 0.0, 0.0]"
-    poses = replace(hung, command="pose-calib", role="poses", entries={},
-                    wide={"fl": {}, "hr": {}}, robot=(table.format("fl"), table.format("hr")))  # fmt: skip
+    poses = replace(
+        hung, command="pose-calib", role="poses", entries={}, wide={"fl": {}, "hr": {}},
+        robot=(table.format("fl"), table.format("hr")),
+    )  # fmt: skip
     parts = under_hung_names([Part(hung, (), ""), Part(poses, (), "")])
     assert [*parts[1].plan.wide] == ["lf", "rh"]
     assert parts[1].plan.robot == (table.format("lf"), table.format("rh"))
