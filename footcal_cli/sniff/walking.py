@@ -19,7 +19,7 @@ from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
 from footcal_cli.sniff.feet_weighed import in_kilograms
 from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.frame_clocks import at_said_rate, with_frame_clocks
-from footcal_cli.sniff.groups import bracketed_end, readings, wrenches
+from footcal_cli.sniff.groups import bracketed_end, channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
@@ -64,7 +64,8 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         cells = [own for own, is_cell in zip(cells, felt, strict=True) if is_cell]
         shares = [own for own, is_cell in zip(shares, felt, strict=True) if is_cell]
         feet = _as_the_feet(body, [c for _, c in cells]) or _by_steps(body, shares)
-        if [c.name.side for _, c in cells] == feet:
+        called = channel_names([c for _, c in cells])
+        if feet and all(n.startswith(f"{foot}_") for n, foot in zip(called, feet, strict=True)):
             return files  # their names say it already
     if not feet or (body is None and [c.name.side for _, c in cells] == feet):
         return files
