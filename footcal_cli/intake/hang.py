@@ -18,7 +18,7 @@ from footcal_cli.core.hang.intake import (
 from footcal_cli.core.hang.joint import HangOptions
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray, IntArray
-from footcal_cli.core.spatial import gravity_in, rotation_of_rpy, rotations_logged
+from footcal_cli.core.spatial import gravity_in, rotation_exp, rotation_of_rpy, rotations_logged
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.legs import without_effects
 from footcal_cli.tables.columns import AXIS_COLUMNS, GRAVITY, QUATERNION
@@ -71,13 +71,23 @@ def leg_logs(
             wrench = table.numbers(AXIS_COLUMNS)[part]
             phase = table.number("phase_rad")[part] if "phase_rad" in table else np.zeros(part.size)
             gravity, level = _gravity(table, part, leg, recipe, options.orientation_of)
+            at_rest = gravity
+            if leg in recipe.robot.legs and (axis := recipe.robot.legs[leg].turns_about):
+                if all(name in table for name in GRAVITY):
+                    raise UsageError(
+                        f"gravity_x … gravity_z are in the transducer's axes already, and "
+                        f"turns_about of leg '{leg}' would turn them again", file=recipe.path,
+                        remedy="drop turns_about, or log the attitude of the body",
+                    )  # fmt: skip
+                gravity, level = _turned(gravity, level, phase, leg, axis, recipe)
+                phase = np.zeros(part.size)  # what turns with its leg sees one CoM
             sound = finite_rows(wrench, phase, gravity)
             broken += int((~sound).sum())
             # noise alone moves an axis off 0: six zeros are a sample that was never received
             nothing = sound & ~wrench.any(axis=1)
             silent, sound = silent + int(nothing.sum()), sound & ~nothing
             if "orientation" not in table:
-                moves = sound & between_holds(gravity)
+                moves = sound & between_holds(at_rest)
                 moving, sound = moving + int(moves.sum()), sound & ~moves
             if not sound.any():
                 raise DataError(f"leg {leg} has no complete row", file=table.path)
@@ -99,6 +109,18 @@ def leg_logs(
         "moving between holds": moving,
     }
     return logs, {reason: count for reason, count in rejected.items() if count}
+
+
+def _turned(
+    gravity: FloatArray, level: FloatArray | None, phase: FloatArray, leg: str, axis: str,
+    recipe: Recipe,
+) -> tuple[FloatArray, FloatArray | None]:  # fmt: skip
+    """Directions in a transducer that turns with its leg: ``Rᵀ exp(−φ a) R`` of those at φ = 0."""
+    rot = rotation_of_rpy(recipe.robot.legs[leg].rotation_rpy_rad)
+    along = (1.0 if axis[0] == "+" else -1.0) * rot.T @ np.eye(3)["xyz".index(axis[1])]
+    back = rotation_exp(-phase[:, None] * along)
+    turned = np.einsum("nij,nj->ni", back, gravity)
+    return held_still(turned), None if level is None else np.einsum("nij,njk->nik", back, level)
 
 
 def _gravity(

@@ -40,8 +40,14 @@ _NAMED_SHARE = 0.2
 
 
 def geometry_of(recipe: Recipe, chassis_com_b_m: Sequence[float]) -> Geometry:
-    """The recipe's nominal mounting."""
+    """The recipe's nominal mounting, of transducers that the body carries."""
     legs = recipe.robot.legs
+    if turning := [name for name, leg in legs.items() if leg.turns_about]:
+        raise UsageError(
+            f"the transducer of leg '{turning[0]}' turns with its leg (turns_about), and standing "
+            "poses need it on the body's side of the shaft", file=recipe.path,
+            remedy="calibrate it by hang-calib alone",
+        )  # fmt: skip
     return Geometry(
         tuple(legs),
         np.stack([rotation_of_rpy(leg.rotation_rpy_rad) for leg in legs.values()]),

@@ -128,12 +128,12 @@ class Foot(Frozen):
 class Leg(Frozen):
     """A leg with a six-axis transducer at the hip, nominal pose in the body frame.
 
-    `mass_kg` is what hangs below the transducer; a hanging is compared with it. Hanging needs no
-    `position_m`; standing does.
+    `mass_kg` hangs below it. On the leg's side it `turns_about` a body axis, by `phase_rad`.
     """
 
     position_m: tuple[float, float, float] | None = None
     rotation_rpy_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turns_about: Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None = None
     mass_kg: float | None = Field(default=None, gt=0)
 
 

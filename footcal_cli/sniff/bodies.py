@@ -12,6 +12,7 @@ tell which columns are the velocity and the acceleration of a place :math:`p`, a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -20,7 +21,7 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
-from footcal_cli.sniff.foot_angles import angle_unit
+from footcal_cli.sniff.foot_angles import angle_unit, angles_beside
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, seconds_of
 from footcal_cli.sniff.names import (
@@ -53,12 +54,23 @@ _MOSTLY_STANDS, _LIFTED, _TRAVELS_M = 0.4, 0.3, 0.1
 _ABOVE_M, _BESIDE = 0.05, 1.0
 """How far the CoM lies above each foot, and off their middle at most: shares of its height."""
 _FOLLOWS, _FREE_MPS2, _SAME_STEPS = 0.9, 2.0, 0.9
-_CENTRED = 0.5
+_CENTRED, _HALF = 0.5, 0.5
 _CLEARLY, _PIECES = 0.7, 20
 """What of a heading in degrees is across the feet, of what is in radians: straight on, both are."""
 _ACCELERATIONS = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "in/s^2": 1 / 0.0254,
                   "ft/s^2": 1 / 0.3048, "g0": 1 / 9.80665}  # fmt: skip
 _SPEEDS = {"m/s": 1.0, "mm/s": 1e3, "cm/s": 1e2, "in/s": 1 / 0.0254, "ft/s": 1 / 0.3048}
+_NMS = re.compile(
+    r"(?i)\bN[ .*·]?m[ .*·]?s\b|\bkg[ .*·]?m(?:\^?2|²)[ .*·]?(?:/ ?s|s(?:\^?-1|⁻¹))(?![\^²2])"
+)
+"""The unit of an angular momentum, of which the rate in Nm is what moves the CoP."""
+_MOMENTUM = "an angular momentum; its rate, in Nm, would count"
+_BY_COLUMNS = re.compile(
+    r"(?i)column[- ]?(?:major|wise|by)|by columns|spaltenweise|par colonnes|por colu(?:n|mn)as|"
+    r"(?:per|di) colonne|kolonnevis|kolumnvis|kolumnami|po sloupc|oszlopon|oszlopfolytonos|sütun|"
+    r"по столбцам|列優先|列ごと|按列"
+)
+"""A matrix written column by column."""
 _MOMENTS = ("Nm", "N*m", "N*mm")
 _SPOKEN = ("ldot", "hdot", "angmom", "momentum", "drall", "drehimpuls", "undouryou", "amrate",
            "angular", "dh", "dl")  # fmt: skip
@@ -132,7 +144,9 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     four = quaternions(named, vectors)
     in_order, frames_in_order = unnamed(named)
     vectors = [*vectors, *in_order]
-    turned = [*four, *matrices(named), *angles(named), *frames_in_order]
+    by_columns = any(_BY_COLUMNS.search(line) for line in file.text.above)
+    nine = matrices(named, by_columns=by_columns)
+    turned = [*four, *nine, *angles(named), *frames_in_order]
     at = np.arange(seconds.min(), seconds.max(), GRID_S)
     logged = [
         moved for axes in vectors
@@ -151,16 +165,24 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     roles = {"com": com, **_derivatives(in_metres, others)}
     placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
     turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
-    frames = _frames(feet, turned)
+    frames, by_order = _frames(feet, turned), ""
+    if not frames:
+        vectored = {c.column for axes in vectors for c in axes.columns.values()}
+        spare_columns = [c for c in named if c.column not in vectored]
+        swings = [np.interp(seconds, at, _steps(f)) > _HALF for f in feet]
+        frames = dict(enumerate(angles_beside([f.axes for f in feet], swings, spare_columns)))
+        by_order = ", roll, pitch and yaw by their order"
     used = {c.column for m in roles.values() for c in m.axes.columns.values()}
     used |= {c.column for axes in frames.values() for c in axes.columns.values()}
     spare = [m for m in others if m.axes.columns["x"].column not in used]
-    if (rate := _momentum_rate(com, spare)) is not None:
+    if (rate := _momentum_rate(com, spare, file.text.above)) is not None:
         roles["rate"] = rate
     middle = np.mean([f.values[:, :2] for f in feet], axis=0)
     way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
     read = {i: angle_unit(axes, way) for i, axes in frames.items() if "yaw" in axes.columns}
     units = {i: read[i][0] if i in read else "" for i in frames}
+    read = {i: (unit, f"{said}{by_order}" if said else "")
+            for i, (unit, said) in read.items()}  # fmt: skip
     heading = None
     if 0 in frames:
         heading = np.unwrap(np.nan_to_num(headings(turn @ rotations(frames[0], units[0]))))
@@ -171,8 +193,11 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     left = {c.column for m in others for c in m.axes.columns.values()}
     left |= {c.column for axes in turned for c in axes.columns.values()}
     left -= {c.column for c in file.of("force")}
+    momenta = {c.column for m in others if _is_momentum(m, file.text.above)
+               for c in m.axes.columns.values()}  # fmt: skip
     marked = replace(file, columns=tuple(
         columns[c.column] if c.column in columns
+        else c.as_quantity("other", "likely", _MOMENTUM) if c.column in left & momenta
         else c.as_quantity("other", "likely", "of the body's motion") if c.column in left else c
         for c in file.columns
     ))  # fmt: skip
@@ -308,13 +333,22 @@ def _times(moved: _Moving, scale: float) -> _Moving:
     ))  # fmt: skip
 
 
-def _momentum_rate(com: _Moving, others: Sequence[_Moving]) -> _Moving | None:
+def _is_momentum(moved: _Moving, above: Sequence[str]) -> bool:
+    """Whether a vector is an angular momentum itself, in Nm s, by its name or a line above."""
+    column, stem = moved.axes.columns["x"], moved.axes.before.strip("_. [(")
+    lines = [column.column, *(x for x in above if len(stem) > 1 and stem in x)]
+    return any(_NMS.search(line) for line in lines)
+
+
+def _momentum_rate(com: _Moving, others: Sequence[_Moving], above: Sequence[str]) -> _Moving | None:
     """The rate of an angular momentum: in Nm or called so, else the one vector that is left over.
 
     It is zero on average, and follows neither the velocity nor the acceleration of the CoM.
     """
     left = []
     for moved in others:
+        if _is_momentum(moved, above):
+            continue
         column, values = moved.axes.columns["x"], moved.values
         said = column.unit in _MOMENTS or any(word in column.column.lower() for word in _SPOKEN)
         centred = bool(np.all(np.abs(values.mean(axis=0)) < _CENTRED * values.std(axis=0)))

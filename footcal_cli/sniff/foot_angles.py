@@ -1,4 +1,4 @@
-"""The unit of a foot's roll, pitch and yaw, by its name, by its size or by the way the feet go.
+"""A foot's roll, pitch and yaw beside its place, and their unit: by name, size or the feet's way.
 
 Room: sniff; asked by bodies.
 """
@@ -6,12 +6,14 @@ Room: sniff; asked by bodies.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.triples import Axes
+from footcal_cli.core.parameters import BoolArray, FloatArray
+from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
+from footcal_cli.sniff.triples import ROLL_PITCH_YAW, Axes
 
 _PARTS = 10
 """Parts of a walk whose directions are compared with the headings in them."""
@@ -21,6 +23,52 @@ _DEGREES = re.compile(r"(?i)[\[(]\s*(?:der|derece|gr|grd|st|stop|aste)\.?\s*[\])
 """Degrees as they are cut short behind an angle; ``der`` alone is a side, too."""
 _STEEPEST_RAD, _ALL_BUT = 1.3, 0.995
 """No sole rolls or pitches as far from how it stands, but in a few rows."""
+_WHOLE_TURN_DEG, _LAGS, _FASTER = 360.0, 1000, 2.0
+"""Largest angle; parts of a log over which a change is taken; how much faster swings are."""
+
+
+def angles_beside(
+    places: Sequence[Axes], swings: Sequence[BoolArray], columns: Sequence[ColumnGuess]
+) -> list[Axes]:
+    """Three more columns under the name of each foot's place: its roll, pitch and yaw, in order.
+
+    They are no more than a turn, and move while the foot does: ``VF_x VF_y VF_z VF_rul VF_stamp
+    VF_gir``. Empty unless all feet have the same three.
+
+    Parameters
+    ----------
+    places
+        Of each foot.
+    swings
+        Rows in which it moves, shape (n,) each.
+    columns
+        What may be angles.
+    """
+    found = []
+    for place, moves in zip(places, swings, strict=True):
+        own = {c.column for c in place.columns.values()}
+        rest = [c for c in columns
+                if c.column.startswith(place.before) and c.column not in own]  # fmt: skip
+        if not place.before or len(rest) != len(ROLL_PITCH_YAW) or not _turn_with(rest, moves):
+            return []
+        found.append(Axes(place.before, "", dict(zip(ROLL_PITCH_YAW, rest, strict=True))))
+    tails = {tuple(c.column[len(axes.before) :] for c in axes.columns.values()) for axes in found}
+    return found if len(tails) == 1 else []
+
+
+def _turn_with(three: Sequence[ColumnGuess], moves: BoolArray) -> bool:
+    """Whether numbers are angles by size and unit, and change faster while a foot moves."""
+    table = np.column_stack([numbers_of(c) for c in three])
+    most = float(np.nanmax(np.abs(table), initial=0.0))
+    if most > _WHOLE_TURN_DEG or any(c.unit not in (None, "rad", "deg") for c in three):
+        return False
+    reach = max(len(table) // _LAGS, 1)
+    way = np.abs(table[reach:] - table[:-reach]).sum(axis=1)
+    swing = moves[reach:] & moves[:-reach]
+    good = np.isfinite(way)
+    if not (good & swing).any() or not (good & ~swing).any():
+        return False
+    return bool(np.mean(way[good & swing]) > _FASTER * np.mean(way[good & ~swing]))
 
 
 def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:

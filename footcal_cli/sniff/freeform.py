@@ -320,6 +320,8 @@ def _name(words: list[str], called: str) -> str:
         return called
     if called == "load":
         return f"load_{words[-1].lower()}" if words[-1] in _UNITS else called
+    if not words:
+        return called
     words = words[-1:] if words[-1].lower() in (*COUNTED, "channel") else words[-2:]
     name = "_".join(words).lower()
     return name if name.isidentifier() else called

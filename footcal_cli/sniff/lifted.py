@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import texts_of
-from footcal_cli.sniff.names import words_of
+from footcal_cli.sniff.names import name_guess, words_of
 from footcal_cli.sniff.plan import Entry, LogPlan
 from footcal_cli.sniff.which_cell import named_alike
 from footcal_cli.tables.reading import Pivot
@@ -30,6 +30,9 @@ IN_THE_AIR = re.compile(
 """Words of a log's name in which nothing lies on the cells, though it has stamps."""
 _IDLE = 0.1
 """How far readings of an empty plate may spread, as a share of what they do under a weight."""
+
+_AT_AN_END = 0.1
+"""How far a zero may lie from the end of a cell's readings, as a share of their range."""
 
 
 def with_lifted(
@@ -46,18 +49,23 @@ def with_lifted(
     made = [
         replace(part, plan=zeros)
         if part.plan.role in ("cells", "weights_stream")
-        and (zeros := _zeros(part.plan.file, standing[0]) or _listed(part.plan.file, standing[0]))
+        and (zeros := _zeros_in(part.plan.file, standing[0]))
         else part
         for part in parts
     ]
     left = []
     for file in others:
-        zeros = _zeros(file, standing[0]) or _listed(file, standing[0])
+        zeros = _zeros_in(file, standing[0])
         if zeros is None:
             left.append(file)
         else:
             made.append(Part(zeros, (file.path,), escaped(file.path.name)))
     return made, left
+
+
+def _zeros_in(file: FileGuess, standing: Part) -> LogPlan | None:
+    """The plan for zeros side by side, below each other, or with a row for each foot."""
+    return _zeros(file, standing) or _listed(file, standing) or _by_foot(file, standing)
 
 
 def in_the_air_apart(group: list[FileGuess]) -> list[list[FileGuess]]:
@@ -114,25 +122,40 @@ def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:
     )  # fmt: skip
 
 
+def _least(words: Sequence[str], said: ColumnGuess, named: Mapping[str, ColumnGuess]) -> bool:
+    """Whether each cell's number is where its own readings end, the same end of all.
+
+    Feet that walk carry nothing now and then. A list of other numbers, such as sensitivities, lies
+    elsewhere.
+    """
+    values, ends = numbers_of(said), list[float]()
+    for word, cell in named.items():
+        low, high = np.nanquantile(numbers_of(cell), [0.01, 0.99])
+        own = np.array([v for v, at in zip(values, words, strict=True) if at == word])
+        ends += [float(v) for v in (own - low) / (high - low)] if high > low else [np.nan]
+    return any(bool(np.all(np.abs(np.array(ends) - end) < _AT_AN_END)) for end in (0.0, 1.0))
+
+
 def _listed(file: FileGuess, standing: Part) -> LogPlan | None:
     """The plan for a table of zeros with a row for each cell, as often as each was read.
 
-    None where it is none by its names, or names other cells.
+    None where neither its names nor its numbers say so, or it names other cells.
     """
     read = {n: e for n, e in standing.plan.entries.items() if n.endswith("_counts")}
     cells = {e.column.column: n for n, e in read.items() if e.column is not None}
     columns = [e.column for e in read.values() if e.column is not None]
-    said = [c for c in file.of("reading", "unknown", "other", "force") if c.values is not None]
-    if file.of("time", "load", "com") or file.layout.pivot or len(said) != 1:
-        return None
-    if not _spoken(file, said[0].column):
+    numbers = [c for c in file.of("reading", "unknown", "other", "force") if c.values is not None]
+    if file.of("load", "com") or file.layout.pivot:
         return None
     for label in file.columns:
-        rows_of = Counter(texts_of(label) if label.codes is not None else [])
+        rows_of, said = Counter(texts_of(label)), [c for c in numbers if c is not label]
+        if len(said) != 1 or any(c is not label for c in file.of("time")):
+            continue  # a number that counts the cells may look like a clock
         if len(rows_of) != len(cells) or len({*rows_of.values()}) > 1:
             continue
         named = named_alike(tuple(rows_of), columns)
-        if not named:
+        spoken = _spoken(file, said[0].column)
+        if not named or not (spoken or _least(texts_of(label), said[0], named)):
             continue
         layout = replace(file.layout, pivot=Pivot((label.column,), tuple(rows_of), ""))
         entries = {
@@ -149,4 +172,36 @@ def _listed(file: FileGuess, standing: Part) -> LogPlan | None:
             "likely", standing.plan.command, "zeros",
             {name: entries[name] for name in read if name in entries}, standing.plan.channels,
         )  # fmt: skip
+    return None
+
+
+def _by_foot(file: FileGuess, standing: Part) -> LogPlan | None:
+    """The plan for zeros with a row for each foot, its cells side by side; None for other tables.
+
+    Cells are called within their foot as the columns of its own log: ``data_0`` of both soles.
+    """
+    read = {n: e for n, e in standing.plan.entries.items() if n.endswith("_counts")}
+    if file.of("time", "load", "com") or file.layout.pivot or not _spoken(file):
+        return None
+    for label in file.columns:
+        words = texts_of(label) if label.codes is not None else []
+        feet = {word: name_guess(f"{word}_foot").side for word in words}
+        if len(feet) != len(words) or {*feet.values()} != {"left", "right"}:
+            continue
+        columns = {c.column: c for c in file.columns if c.values is not None}
+        entries = {
+            name: replace(entry, column=replace(
+                columns[own], column=f"{word}.{own}", wraps_at=None, missing=()
+            ))
+            for name, entry in read.items() if entry.column is not None
+            for word, side in feet.items() if name.startswith(f"{side}_")
+            for own in columns if own == entry.column.column.rpartition(".")[2]
+        }  # fmt: skip
+        if entries.keys() == read.keys():
+            layout = replace(file.layout, pivot=Pivot((label.column,), tuple(words), ""))
+            return LogPlan(
+                replace(file, text=replace(file.text, layout=layout)),
+                "the same cells with nothing on them: their zeros", "a row for each foot",
+                "likely", standing.plan.command, "zeros", entries, standing.plan.channels,
+            )  # fmt: skip
     return None

@@ -64,8 +64,11 @@ def body_entries(file: FileGuess, *, on_cells: bool = True) -> dict[str, Entry]:
                    (u := known_unit(f[1])) in LENGTHS), None)  # fmt: skip
     length = length or _by_its_size(file)
     behind = any(c.name.place in _BEHIND for c in file.columns)
+    stepping = {c.name.owner for c in file.of("motion") if c.name.owner.endswith("_foot_x_m")}
     for column in file.columns:
         name = _canonical(column)
+        if stepping and column.quantity != "motion" and re.search(r"_foot_[xyz]_m$", name):
+            continue  # the feet were found by their steps: L_x is an angular momentum beside them
         if not behind:  # LF and RF of two feet are no front legs
             name = name.replace("fl_foot", "left_foot").replace("fr_foot", "right_foot")
         if name and name not in entries:
@@ -328,6 +331,12 @@ def _canonical(column: ColumnGuess) -> str:
     if last in ("x", "y", "z") and not _RATES & set(words) and column.quantity not in _NO_PLACE:
         return f"{side}_foot_{last}_m"
     return ""
+
+
+def is_momentum_rate(name: str) -> bool:
+    """Whether a name is that of the rate of an angular momentum about x or y."""
+    words = words_of(name)
+    return words[-1:] in (["x"], ["y"]) and {"momentum", "rate"} <= set(words)
 
 
 def _words(column: ColumnGuess) -> list[str]:

@@ -8,7 +8,7 @@ of Kabsch (1976); of the ways to read the attitude, the one that explains most i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from footcal_cli.sniff.guesses import FileGuess
 _CARRIED = 0.3
 """Share of what changes in the forces' sum that the weight leaves, of a robot that stands."""
 _MOST = 4000
+_LEAST_TURNED = 30
+_ONE_WEIGHT, _FAR_TURNED = 0.1, 0.5
+"""How far one weight's size scatters by what its components do, and these by the weight."""
 _FITTED = 7
 """A rotation, a weight and three offsets."""
 
@@ -46,11 +49,14 @@ class Mounts:
     hang
         Whether most transducers carry one weight in every attitude; None where the body hardly
         turns.
+    turns_about
+        Axis of the body about which each turns with its leg, where they do.
     """
 
     attitude: Attitude
     rotation: Mapping[str, FloatArray]
     hang: bool | None
+    turns_about: Mapping[str, str] = field(default_factory=dict)
 
     def rpy_rad(self, name: str) -> tuple[float, float, float]:
         """Roll, pitch and yaw of a transducer's mounting, as a recipe has them."""
@@ -94,6 +100,28 @@ def mounts_of(file: FileGuess, forces: Mapping[str, FloatArray]) -> Mounts | Non
         warnings = (*warnings, REACTS.format("the transducers read", "them", "their"))
     attitude = Attitude(chosen.entries, warnings, reacts, True, chosen.world_up)
     return Mounts(attitude, hung[at].rotation, True)
+
+
+def one_weight_each(forces: Mapping[str, FloatArray]) -> bool:
+    """Whether each transducer carries one weight, however it is turned: forces lie on a sphere.
+
+    ``|f|² = 2 b·f + c`` for offsets `b`, where c is ``w² − b²`` of a weight `w`; ``|f − b|``
+    scatters by a small share of what the forces do. It must be turned far enough to tell.
+    """
+    return bool(forces) and all(_on_a_sphere(force) for force in forces.values())
+
+
+def _on_a_sphere(force: FloatArray) -> bool:
+    good = np.flatnonzero(np.isfinite(force).all(axis=1))
+    f = force[good[:: max(1, good.size // _MOST)]]
+    if len(f) < _LEAST_TURNED:
+        return False
+    design = np.column_stack([2.0 * f, np.ones(len(f))])
+    *centre, level = np.linalg.lstsq(design, (f * f).sum(axis=1), rcond=1e-3)[0]
+    radius = np.sqrt(max(level + float(np.square(centre).sum()), 0.0))
+    length = np.linalg.norm(f - centre, axis=1)
+    spread = np.sqrt(f.var(axis=0).sum())
+    return bool(length.std() < _ONE_WEIGHT * spread and _FAR_TURNED * radius < spread)
 
 
 def _standing(

@@ -22,9 +22,11 @@ from footcal_cli.sniff.units import WEIGHTS, known_unit
 _SUFFIXES = {".md", ".markdown", ".rst", ".adoc"}
 """Endings of text that people write; a ``.txt`` may be a log."""
 _TABLE = re.compile(r"^\s*\|?[ :]*-{3,}[ :]*\||^\s*\|.*\|", re.MULTILINE)
+_AXES = re.compile(r"(?im)^\s*\|.*\|\s*x\b[^|]*\|\s*y\b[^|]*\|")
 _MARKED = re.compile(r"^[\s#>*+-]+|[*`]+")
 """Signs of headings, lists and emphasis."""
-_ENDS = re.compile(r"(?<=[.;!])\s+")
+_ENDS = re.compile(r"(?<=[;!])\s+|(?<=\.)\s+(?=[^a-z])")
+"""Ends of sentences; behind ``incl.`` one goes on."""
 _FORCES, _TORQUES = {*WEIGHTS, "kgf", "gf", "lbf", "daN", "ozf"}, {"Nm", "mNm", "kNm", "Nmm", "Ncm"}
 _IN_FULL = re.compile(r"(?i)\b(?P<kilo>kilo)?gram(?:me?)?s?[- ]forces?")
 _AXIS = r"[fmtFMT][_ ]?[xyzXYZ]"
@@ -34,6 +36,10 @@ _NAMED = re.compile(
     r"(?:[\[(](?P<bracketed>[^\])]{1,8})[\])]|\b(?:in|en|em|ve|w|v|i)\s+(?P<spoken>[A-Za-z.*·]{1,8}))"
 )
 """Forces or torques, and the unit in brackets or spoken behind them."""
+_BEHIND = re.compile(
+    rf"(?P<bracketed>){_AXIS}\s+(?P<spoken>(?:[A-Za-z]{{1,4}}[*·.-])?[A-Za-z]{{1,3}})(?=[\s,;.)]|$)"
+)
+"""A unit right behind the last axis: ``L_Fx.._Fz lbf; L_Tx.._Tz in-lbf``."""
 
 
 def notes_among(paths: Sequence[Path]) -> list[Path]:
@@ -42,8 +48,17 @@ def notes_among(paths: Sequence[Path]) -> list[Path]:
     A log alone is a log, whatever it is called.
     """
     found = [path for path in paths if path.suffix.lower() in _SUFFIXES and path.is_file()]
-    found = [path for path in found if not _TABLE.search(_text(path)) or not _is_log(path)]
+    found = [
+        path for path in found
+        if not _TABLE.search(text := _text(path)) or _places_under_axes(path, text)
+        or not _is_log(path)
+    ]  # fmt: skip
     return found if len(found) < len(paths) else []
+
+
+def _places_under_axes(path: Path, text: str) -> bool:
+    """Whether the table of a text lists places, below x and y in its heading."""
+    return _AXES.search(text) is not None and places_in(path, text) is not None
 
 
 def _text(path: Path) -> str:
@@ -65,7 +80,7 @@ def units_in(text: str) -> dict[str, str]:
     """
     found: dict[str, set[str]] = {"force": set(), "torque": set()}
     plain = _IN_FULL.sub(lambda full: "kgf" if full["kilo"] else "gf", text.replace("`", ""))
-    for said in _NAMED.finditer(plain):
+    for said in (*_NAMED.finditer(plain), *_BEHIND.finditer(plain)):
         unit = known_unit((said["bracketed"] or said["spoken"]).rstrip("."))
         if unit in _FORCES:
             found["force"].add(unit)

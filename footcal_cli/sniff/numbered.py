@@ -83,7 +83,7 @@ def numbered(file: FileGuess) -> FileGuess:
     stems: dict[str, list[ColumnGuess]] = {}
     for column in file.columns:
         found = _INDEXED.match(column.column)
-        if found and column.values is not None:
+        if found and column.values is not None and column.quantity != "motion":
             stems.setdefault(found[1], []).append(column)
     made: dict[str, ColumnGuess] = {}
     for stem, columns in stems.items():

@@ -1,4 +1,4 @@
-"""Standing poses whose six axes have the sign that hanging shows.
+"""Standing poses whose six axes have the sign, and whose legs the names, that hanging shows.
 
 Room: sniff; asked by several.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import LogPlan
 from footcal_cli.tables.columns import AXIS_COLUMNS
 
@@ -21,6 +22,37 @@ def of_one_sign(parts: list[Part]) -> list[Part]:
         replace(part, plan=_turned_round(part.plan))
         if reacts and part.plan.command == "pose-calib" else part for part in parts
     ]  # fmt: skip
+
+
+def under_hung_names(parts: list[Part]) -> list[Part]:
+    """Standing poses whose legs are called as where they hang: ``lf`` in words, not ``fl``."""
+    hung = dict.fromkeys(leg for p in parts if p.plan.role == "hang" for leg in _legs(p.plan))
+    called = {name_guess(leg).address or leg: leg for leg in hung}
+    return [
+        replace(part, plan=_renamed(part.plan, called))
+        if part.plan.command == "pose-calib" and len(called) == len(hung) > 1 else part
+        for part in parts
+    ]  # fmt: skip
+
+
+def _legs(plan: LogPlan) -> list[str]:
+    leg = plan.entries.get("leg")
+    if plan.wide or leg is None or leg.column is None:
+        return list(plan.wide)
+    return [leg.names.get(word, word) for word in leg.column.words]
+
+
+def _renamed(plan: LogPlan, called: dict[str, str]) -> LogPlan:
+    """A plan with the legs of its wide tables under other names; as it is where one has none."""
+    given = {leg: called.get(name_guess(leg).address or leg, "") for leg in plan.wide}
+    if not all(given.values()) or len({*given.values()}) < len(given):
+        return plan
+    tables = {f"[robot.legs.{leg}]": f"[robot.legs.{name}]" for leg, name in given.items()}
+    heads = [table.partition("\n") for table in plan.robot]
+    return replace(
+        plan, wide={given[leg]: own for leg, own in plan.wide.items()},
+        robot=tuple(f"{tables.get(head, head)}{line}{rest}" for head, line, rest in heads),
+    )  # fmt: skip
 
 
 def _turned_round(plan: LogPlan) -> LogPlan:

@@ -194,7 +194,7 @@ def _renamed(
         return replace(plan, wide=wide, channels=tuple(renamed.values()))
     if channel is None or (channel.column is None and channel.file_name is None):
         return plan
-    words = {name: word for word, name in channel.names.items()} if channel.file_name else {}
+    words = {name: word for word, name in channel.names.items()}
     names = {words.get(name, name): cell for name, cell in renamed.items()}
     entries = {**plan.entries, "channel": replace(channel, names=names)}
     return replace(plan, entries=entries, channels=tuple(renamed.values()))

@@ -32,10 +32,13 @@ _ROBOT = (
 )
 _HAS_MASS, _HAS_ROBOT = re.compile(_MASSES), re.compile(_ROBOT)
 _MASS = re.compile(
-    rf"(?:{_MASSES}|{_ROBOT})[^\d\n;,:=\[(]{{0,25}}[\[(]?\s*(?P<before>{_UNIT})?\s*[\])]?[\s\"';,:=]*"
+    rf"(?:{_MASSES}|{_ROBOT})[^\d\n;,:=\[(]{{0,25}}(?:\([^()\d\n]{{5,60}}\)\s*)?[\[(]?\s*(?P<before>{_UNIT})?\s*[\])]?[\s\"';,:=]*"
     rf"(?P<number>\d+(?:[.,]\d+)?)[\s\"';,\[(]*(?P<after>{_UNIT})?(?!\w|\.\w)"
 )
-"""``Körpergewicht: 71,5 kg``, ``"Weight [kg]","66.0"``, ``robot: pupper, mass: 2.1 kg``."""
+"""``Körpergewicht: 71,5 kg``, ``"Weight [kg]","66.0"``, ``robot: pupper, mass: 2.1 kg``.
+
+A remark in brackets may stand between: ``Massa total (balança do laboratório): 14,64 kg``.
+"""
 _OF_A_PART = re.compile(
     r"(?i)\b(?:tool|payload|leg|foot|feet|gripper|hand|cell|sensor|calibration|known|test|applied|"
     r"plate|per|each|insole|sole|shank|thigh|tara|tare|empty|holes?|prüf\w*|kalibrier\w*|eich\w*|"

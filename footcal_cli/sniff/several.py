@@ -32,7 +32,7 @@ from footcal_cli.sniff.log_sheets import by_log_sheet
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.one_by_one import marked_files
-from footcal_cli.sniff.one_sign import of_one_sign
+from footcal_cli.sniff.one_sign import of_one_sign, under_hung_names
 from footcal_cli.sniff.placed_feet import by_foot
 from footcal_cli.sniff.placed_files import placed_files
 from footcal_cli.sniff.placement_index import indexed_placements
@@ -64,7 +64,7 @@ def parts_of(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
                 blank for blank in part.plan.blanks if blank is not HUNG_FIRST
             ))) for part in made
         ]  # fmt: skip
-        made = of_one_sign([_with_phase_asked(part, made) for part in made])
+        made = under_hung_names(of_one_sign([_with_phase_asked(part, made) for part in made]))
     return sorted(made, key=lambda part: part.plan.command == "pose-calib"), others
 
 

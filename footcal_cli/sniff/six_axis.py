@@ -26,6 +26,7 @@ from footcal_cli.sniff.plan import MASS, Blank, Entry, LogPlan, of, rate_said, t
 from footcal_cli.sniff.pose_numbers import pose_numbers
 from footcal_cli.sniff.shafts import beside, legs_first, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
+from footcal_cli.sniff.turned_legs import hung_in_own_frames
 from footcal_cli.sniff.turning import turned_along
 
 COUNTED = Blank(
@@ -76,6 +77,8 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         mounts = mounts_of(file, forces)
     if orientation and mounts is not None:  # numbers are more exact than words, if forces agree
         orientation, mounts = ([], mounts) if mounts.hang else (orientation, None)
+    if mounts is not None and mounts.hang is False:
+        mounts = hung_in_own_frames(file, six, forces, mounts) or mounts
     hang = mounts is not None and mounts.hang is True
     if mounts is not None and mounts.hang is False and len(forces) > 2:
         standing = _poses(file, six, labels, mounts)
@@ -155,7 +158,8 @@ def _turned_along(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]])
     """Transducers on the legs' side of their shafts, whose attitude is not the body's."""
     found = turned_along(file, six)
     return found and Blank(
-        ("# body_… in [columns]: the attitude of each row, turned by the leg's angle",),
+        ("# body_… in [columns]: the attitude of each row, turned by the leg's angle",
+         "# gravity_x, gravity_y, gravity_z in [files.wide…] where each leg has angles of its own"),
         f"the forces of {found[0]} turn with {found[1]}: it turns with its leg, so that each row "
         "has an attitude of its own; write it into the log (roll, pitch, yaw of the transducer)",
     )  # fmt: skip
@@ -275,6 +279,8 @@ def leg_tables(names: Iterable[str], mounts: Mounts | None) -> tuple[str, ...]:
             angles = ", ".join(f"{angle:g}" for angle in mounts.rpy_rad(name))
             why = "likely: so the forces are the leg's weight; the drawing knows better"
             lines.append(f"rotation_rpy_rad = [{angles}]    # {why}")
+            if axis := mounts.turns_about.get(name):
+                lines.append(f'turns_about = "{axis}"    # likely: it turns with its leg')
         else:
             lines.append("# rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the body's")
         tables.append("\n".join(lines))

@@ -15,6 +15,7 @@ from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.bodies import BodyLog, body_of
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
+from footcal_cli.sniff.motion import is_momentum_rate
 from footcal_cli.sniff.names import NameGuess
 from footcal_cli.sniff.triples import angles, axes_of
 from footcal_cli.sniff.unnamed import unnamed
@@ -35,7 +36,7 @@ def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
     streams = [file for file in files if _may_move(file)]
     if len(streams) < 2:
         return list(files)
-    streams.sort(key=lambda file: not file.of("com"))
+    streams.sort(key=lambda file: (not file.of("com"), bool(_moments(file))))
     first, joined = streams[0], []
     columns = list(first.columns)
     for file in streams[1:]:
@@ -48,6 +49,7 @@ def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
         return list(files)
     cells = _cells_beside(first, joined, body)
     used = {c.column for c in body.file.of("com", "com_acc", "motion")} | {*cells}
+    used |= {called(first, file, c) for file in joined for c in _moments(file)}
     theirs = [file for file in joined if used & {called(first, file, c) for c in file.columns}]
     there = {called(first, file, c) for file in theirs for c in file.columns}
     kept = {c.column for c in first.columns} | (used & there)
@@ -86,11 +88,17 @@ def called(first: FileGuess, file: FileGuess, column: ColumnGuess) -> str:
 
 
 def _may_move(file: FileGuess) -> bool:
-    """Whether a log with stamps has places or angles, and no transducers or known loads."""
+    """Whether a log with stamps has places, angles or a moment of the body, and nothing felt."""
     if not file.of("time") or file.of("load") or file.rows < _LEAST_ROWS or wrenches(file):
         return False
     named = [c for c in file.columns if c.values is not None]
-    return bool(axes_of(named) or angles(named) or unnamed(named[1:])[0])
+    return bool(axes_of(named) or angles(named) or unnamed(named[1:])[0] or _moments(file))
+
+
+def _moments(file: FileGuess) -> list[ColumnGuess]:
+    """Columns that are the rate of an angular momentum by the file's name and their own."""
+    named = (c for c in file.columns if c.values is not None)
+    return [c for c in named if is_momentum_rate(f"{stem_of(file.path)}.{c.column}")]
 
 
 def _at_stamps(first: FileGuess, file: FileGuess) -> list[ColumnGuess]:

@@ -103,7 +103,8 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         name = replace(name, quantity="time")
         since = since_the_first(raw, form)
         return ColumnGuess(column, name, None, "sure", f"dates {form}", format=form, stamps=since)
-    if words and (all(HEXADECIMAL.fullmatch(word) for word in words) or bare_hexadecimal(words)):
+    marked = all(HEXADECIMAL.fullmatch(word) for word in words)
+    if words and (marked or (bare_hexadecimal(words) and not _serials(different))):
         values = _in_rows([float(int(word, 16)) for word in words], raw)
         name = replace(name, quantity="reading" if len({*words}) > 1 else "other")
         return ColumnGuess(column, name, None, "likely", "hexadecimal numbers", values)
@@ -367,3 +368,10 @@ def _among_words(
         "a weight among words" + (", held until the next one" if held else ""), values,
         pattern=rf"(?<![\w.+-])(?<!\d,)([-+]?\d+(?:[.,]\d+)?)\s*{spelled}(?!\w)", held=held,
     )  # fmt: skip
+
+
+def _serials(words: Sequence[str]) -> bool:
+    """Whether words are one letter and decimals, as serial numbers: ``B211``, ``B214``."""
+    return len({word[0] for word in words}) == 1 and all(
+        re.fullmatch(r"[A-Za-z]\d+", word) for word in words
+    )

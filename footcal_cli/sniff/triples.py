@@ -18,8 +18,11 @@ from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.vocabulary import ANGLES
 
 _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
-_BRACKETED = re.compile(r"(.+?)[ _.]?(?:\[(\d)\]|\((\d)\))")
-_NUMBER = re.compile(r"([0-3])(?=\D*$)")
+_BRACKETED = re.compile(r"(?P<stem>.+?)[ _.]?(?:\[(?P<at>\d)\]|\((?P<or>\d)\))")
+_BARE = re.compile(r"(?P<stem>.+)_(?P<at>[1-3])(?P<or>)")
+_COM_BARE = re.compile(r"(?i)(?:.*[\W_])?com(?:[\W_]?pos\w*)?_3")
+"""``CoM_1``: where the CoM is numbered so, other vectors of the body are."""
+_NUMBER = re.compile(r"(\d+)(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
 _TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
 _ABOUT = re.compile(
@@ -82,13 +85,17 @@ def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
 
 
 def _in_brackets(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
-    """Three numbers of a vector by their place in it: ``pcom[0]``, ``pcom[1]``, ``pcom[2]``."""
+    """Three numbers of a vector by their place in it: ``pcom[0]`` … ``pcom[2]``; ``CoM_1``."""
     stems: dict[str, dict[int, ColumnGuess]] = {}
+    ends: dict[str, str] = {}
+    bare = any(_COM_BARE.fullmatch(column.column) for column in columns)
     for column in columns:
-        if (at := _BRACKETED.fullmatch(column.column)) and not column.counts:
-            stems.setdefault(at[1], {})[int(at[2] or at[3])] = column
+        at = _BRACKETED.fullmatch(column.column) or (bare and _BARE.fullmatch(column.column))
+        if at and not column.counts:
+            stems.setdefault(at["stem"], {})[int(at["at"] or at["or"])] = column
+            ends[at["stem"]] = "_" if at.re is _BARE else "["
     return {
-        (f"{stem}[", "]"): dict(zip("xyz", (own[i] for i in sorted(own)), strict=True))
+        (f"{stem}{ends[stem]}", "]"): dict(zip("xyz", (own[i] for i in sorted(own)), strict=True))
         for stem, own in stems.items() if sorted(own) in ([0, 1, 2], [1, 2, 3])
     }  # fmt: skip
 
@@ -102,8 +109,11 @@ def quaternions(columns: Sequence[ColumnGuess], vectors: Sequence[Axes]) -> list
             key = column.column[: at.start()], column.column[at.end() :]
             numbers.setdefault(key, {})[at[1]] = column
     for key, own in numbers.items():
-        if own.keys() == set("0123") and of_length_one(Axes(*key, own).values("0123")):
-            found.append(Axes(*key, upright(own)))
+        four = dict(zip("0123", (own[i] for i in sorted(own)), strict=False))
+        if own.keys() not in ({*"0123"}, {*"1234"}):  # nine are a matrix, of which four say nothing
+            continue
+        if of_length_one(Axes(*key, four).values("0123")):
+            found.append(Axes(*key, upright(four)))
     return [axes for axes in found if of_length_one(axes.values("xyzw"))]
 
 
@@ -120,22 +130,38 @@ def of_length_one(four: FloatArray) -> bool:
     return bool(size.size) and float(np.median(np.abs(size - 1.0))) < _UNIT_NORM
 
 
-def matrices(columns: Sequence[ColumnGuess]) -> list[Axes]:
+def matrices(columns: Sequence[ColumnGuess], *, by_columns: bool = False) -> list[Axes]:
     """Nine columns of one thing that are a rotation matrix: ``r11`` … ``r33``, ``R_00`` … ``R_22``.
 
-    Their keys are ``11`` … ``33``, row by row.
+    Their keys are ``11`` … ``33``, row by row. Of ``R[0]`` … ``R[8]`` nothing in the numbers says
+    whether rows or columns follow each other: a sole is nearly level either way.
     """
     found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
     for column in columns:
         if at := _TWO.search(column.column):
             key = column.column[: at.start()], column.column[at.end() :]
             found.setdefault(key, {})[at[1] + at[2]] = column
-    made = []
+    made = _in_one_row(columns, by_columns=by_columns)
     for key, own in found.items():
         first = "0" if "00" in own else "1"
         wanted = [f"{int(first) + i}{int(first) + j}" for i in range(3) for j in range(3)]
         if own.keys() == {*wanted}:
             made.append(Axes(*key, {m: own[n] for m, n in zip(MATRIX, wanted, strict=True)}))
+    return [axes for axes in made if is_rotation(axes)]
+
+
+def _in_one_row(columns: Sequence[ColumnGuess], *, by_columns: bool) -> list[Axes]:
+    """Rotation matrices numbered 0 to 8 or 1 to 9, rows or columns one after the other."""
+    found: dict[tuple[str, str], dict[int, ColumnGuess]] = {}
+    for column in columns:
+        if at := _NUMBER.search(column.column):
+            key = column.column[: at.start()], column.column[at.end() :]
+            found.setdefault(key, {})[int(at[1])] = column
+    order = [f"{j}{i}" for i in "123" for j in "123"] if by_columns else MATRIX
+    made = [
+        Axes(*key, dict(zip(order, (own[n] for n in sorted(own)), strict=True)))
+        for key, own in found.items() if sorted(own) in ([*range(9)], [*range(1, 10)])
+    ]  # fmt: skip
     return [axes for axes in made if is_rotation(axes)]
 
 

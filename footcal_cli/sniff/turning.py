@@ -76,8 +76,10 @@ def _read(column: ColumnGuess) -> Iterator[ColumnGuess]:
 
 
 def _attitudes(file: FileGuess) -> IntArray:
-    """A number for each leg and orientation that the rows name, shape (n,)."""
+    """A number for each leg, orientation and run that the rows name, shape (n,)."""
     named = [c.codes for c in file.of("label", "orientation") if c.codes is not None]
+    runs = [c.values for c in file.of("repeat", "session") if c.values is not None]
+    named += [np.unique(np.nan_to_num(run), return_inverse=True)[1].reshape(-1) for run in runs]
     if not named:
         return np.zeros(file.rows, dtype=np.int64)
     return np.unique(np.column_stack(named), axis=0, return_inverse=True)[1].reshape(-1)

@@ -19,7 +19,7 @@ from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
 from footcal_cli.sniff.feet_weighed import in_kilograms
 from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.frame_clocks import at_said_rate, with_frame_clocks
-from footcal_cli.sniff.groups import bracketed_end, readings, wrenches
+from footcal_cli.sniff.groups import bracketed_end, channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.names import NameGuess, common_start, name_guess
 from footcal_cli.sniff.numbered import numbered
@@ -52,12 +52,21 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
     body = found[0] if len(found) == 1 else None
     cells = [
         (i, c) for i, file in enumerate(files)
-        if file.of("time") and not file.of("load") and not wrenches(numbered(file))
+        if file.of("time") and file.rows >= _LEAST and not file.of("load")
+        and not wrenches(numbered(file))
         for c in readings(file)
     ]  # fmt: skip
     feet = _by_names([c for _, c in cells])
     if body is not None and not (feet and {*feet} <= body.swings.keys()):
-        feet = _as_the_feet(body, [c for _, c in cells]) or _by_steps(body, files, cells)
+        shares = _in_swings(body, files, cells)
+        # what moves most while feet are in the air is of the body's motion, and no cell
+        felt = [min(own.values(), default=0.0) < 1.0 for own in shares]
+        cells = [own for own, is_cell in zip(cells, felt, strict=True) if is_cell]
+        shares = [own for own, is_cell in zip(shares, felt, strict=True) if is_cell]
+        feet = _as_the_feet(body, [c for _, c in cells]) or _by_steps(body, shares)
+        called = channel_names([c for _, c in cells])
+        if feet and all(n.startswith(f"{foot}_") for n, foot in zip(called, feet, strict=True)):
+            return files  # their names say it already
     if not feet or (body is None and [c.name.side for _, c in cells] == feet):
         return files
     named = _named([c for _, c in cells], feet)
@@ -119,20 +128,30 @@ def _as_the_feet(body: BodyLog, cells: Sequence[ColumnGuess]) -> list[str]:
     return feet if {*feet} == {*body.swings} else []
 
 
-def _by_steps(
-    body: BodyLog, files: Sequence[FileGuess], cells: Sequence[tuple[int, ColumnGuess]]
-) -> list[str]:
+def _by_steps(body: BodyLog, shares: Sequence[Mapping[str, float]]) -> list[str]:
     """The foot of each cell by when it carries nothing; empty where that is not clear of all."""
+    found = []
+    for own in shares:
+        if len(own) < len(body.swings):
+            return []
+        first, second = sorted(own, key=lambda foot: own[foot])[:2]
+        if own[first] >= min(_RESTS, _CLEARLY * own[second]):
+            return []
+        found.append(first)
+    return found if {*found} == {*body.swings} else []
+
+
+def _in_swings(
+    body: BodyLog, files: Sequence[FileGuess], cells: Sequence[tuple[int, ColumnGuess]]
+) -> list[dict[str, float]]:
+    """Of each cell foot -> how far it moves in that foot's swings, as a share of its range."""
     edge = round(_EDGE_S / GRID_S)
     swings = {foot: _eroded(moves, edge) for foot, moves in body.swings.items()}
     found = []
     for i, cell in cells:
         seconds = seconds_of(files[i].of("time")[0])
-        foot = "" if seconds is None else _rests(seconds, cell, body.at_s, swings)
-        if not foot:
-            return []
-        found.append(foot)
-    return found if {*found} == {*swings} else []
+        found.append({} if seconds is None else _shares(seconds, cell, body.at_s, swings))
+    return found
 
 
 def _eroded(moves: BoolArray, edge: int) -> BoolArray:
@@ -141,27 +160,22 @@ def _eroded(moves: BoolArray, edge: int) -> BoolArray:
     return np.asarray(np.convolve(moves, np.ones(width), mode="same") > width - 0.5)
 
 
-def _rests(
+def _shares(
     seconds: FloatArray, cell: ColumnGuess, at_s: FloatArray, swings: Mapping[str, BoolArray]
-) -> str:
-    """The foot in whose swings a reading rests; empty where there is no such one."""
+) -> dict[str, float]:
+    """Foot -> how far a reading moves in its swings, by its whole range; empty if not known."""
     values = np.full(0, np.nan) if cell.values is None else cell.values
     good = np.isfinite(values) & np.isfinite(seconds)
     if good.sum() < _LEAST:
-        return ""
+        return {}
     then, read = seconds[good], values[good]
     there = (at_s >= then.min()) & (at_s <= then.max())
     grid = np.interp(at_s, then, read)
     whole = _range(grid[there])
-    ranges = {
+    return {
         foot: _range(grid[there & moves]) / whole
         for foot, moves in swings.items() if whole > 0 and (there & moves).sum() >= _LEAST
     }  # fmt: skip
-    if len(ranges) < len(swings):
-        return ""
-    first, second = sorted(ranges, key=lambda foot: ranges[foot])[:2]
-    clear = ranges[first] < min(_RESTS, _CLEARLY * ranges[second])
-    return first if clear else ""
 
 
 def _range(values: FloatArray) -> float:

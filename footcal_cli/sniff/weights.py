@@ -31,6 +31,7 @@ from footcal_cli.sniff.plan import (
     times,
 )
 from footcal_cli.sniff.pressed import pressed_along
+from footcal_cli.sniff.read_again import read_again
 from footcal_cli.sniff.tokens import with_unit
 from footcal_cli.sniff.units import known_unit, split_unit
 from footcal_cli.sniff.which_cell import (
@@ -99,6 +100,7 @@ def weights(
         cells = [c for c in cells if c.column != on_which.column]
     if labels and len(cells) > 1:
         on = _one_at_a_time(file, load, labels, cells)
+        on = on or read_again(file, load, entries, labels, cells, asked)
         if on is not None:
             return on
         labels = []  # with several readings in a row it is not the cell that they tell apart

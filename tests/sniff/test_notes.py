@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
 from footcal_cli.sniff.listed_places import places_in
-from footcal_cli.sniff.notes import notes_among, units_in
+from footcal_cli.sniff.notes import notes_among, units_in, with_notes
 from footcal_cli.sniff.plan import rate_said
 from footcal_cli.sniff.said_above import _masses
 from footcal_cli.sniff.text import TextGuess
@@ -53,6 +54,7 @@ def test_other_numbers_are_no_places(text: str) -> None:
         ("Total mass with battery 5.2 kg.", 5.2), ("Robot: 5200 g", 5.2),
         ("Each foot has a mass of 0.3 kg", None), ("peso campione di 2,5 kg", None),
         ("Kalibriergewicht 2 kg", None),
+        ("Massa total (balança do laboratório): 14,64 kg.", 14.64),
     ],
 )  # fmt: skip
 def test_the_mass_of_a_robot_in_words(line: str, mass_kg: float | None) -> None:
@@ -73,6 +75,30 @@ def test_a_rate_in_words(line: str, rate_hz: float | None) -> None:
 
 def test_units_of_vectors_in_notes() -> None:
     assert units_in("F em N, M em N.mm; pcom em m") == {"force": "N", "torque": "N*mm"}
+    behind = "`L_Fx.._Fz`, `R_Fx.._Fz` lbf; `L_Tx.._Tz` in-lbf about the centre"
+    assert units_in(behind) == {"force": "lbf", "torque": "lbf*in"}
+
+
+def test_a_table_of_places_below_prose_is_no_log(tmp_path: Path) -> None:
+    log, notes = tmp_path / "walk.csv", tmp_path / "notes.md"
+    log.write_text("t,LF1_V\n0,0.1\n1,0.2\n")
+    rows = (f"| LF{i} | {i}.90 | 1.55 |" for i in (1, 2, 3))
+    head = [
+        "Robot weight incl. batteries 135.0 lb (scale).",
+        "They are 1.00 in above the floor.",
+    ]
+    notes.write_text("\n".join([*head, "", "| cell | x | y |", "|---|---|---|", *rows]) + "\n")
+    assert notes_among([log, notes]) == [notes]
+    (made,) = with_notes([guess_file(log)], [notes])[:1]
+    assert [*_masses(made.text.above)] == [pytest.approx(61.235, abs=1e-3)]
+
+
+def test_a_table_below_a_sentence_with_a_unit_ends_in_no_crash(tmp_path: Path) -> None:
+    notes = tmp_path / "notes.md"
+    rows = (f"| LF{i} | {i}.90 | 1.5{i} |" for i in (1, 2, 3))
+    head = ["Load buttons are 1.00 in above the floor.", "", "| cell | a | b |", "|---|---|---|"]
+    notes.write_text("\n".join([*head, *rows]) + "\n")
+    assert guess_file(notes).rows > 0
 
 
 def test_notes_with_a_table_of_weights_are_a_log(tmp_path: Path, run: Run) -> None:
