@@ -201,9 +201,9 @@ def _body_of(file: FileGuess) -> BodyLog | None:
         else c.as_quantity("other", "likely", "of the body's motion") if c.column in left else c
         for c in file.columns
     ))  # fmt: skip
-    swings = {n: _steps(f) for n, f in zip(names, feet, strict=True)}
+    steps = {n: _steps(f) for n, f in zip(names, feet, strict=True)}
     stems = {n: f.axes.before for n, f in zip(names, feet, strict=True)}
-    return BodyLog(marked, at, swings, stems)
+    return BodyLog(marked, at, steps, stems)
 
 
 def _on(at: FloatArray, seconds: FloatArray, axes: Axes) -> _Moving | None:

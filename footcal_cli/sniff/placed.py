@@ -71,14 +71,14 @@ def at_holes(
     if {"x", "y"} <= set(holes):
         hole_m = np.stack([numbers_of(holes[a]) for a in "xy"], axis=1)
         nowhere = ~np.isfinite(hole_m).all(axis=1)
-        empty = nowhere.any() and not np.nan_to_num(numbers_of(load))[nowhere].any()
-        hole_m = np.where(nowhere[:, None] & empty, 0.0, hole_m)
+        bare = bool(nowhere.any()) and not np.nan_to_num(numbers_of(load))[nowhere].any()
+        hole_m[nowhere & bare] = 0.0
         points = [
             column for column in file.of("placement", "sequence", "repeat")
             if one_place_each(column, hole_m)
         ]  # fmt: skip
         places = {f"hole_{a}_m": of(holes[a], holes[a].unit or "m") for a in "xy"}
-        if empty:  # nothing lies on the foot, and so nowhere
+        if bare:  # nothing lies on the foot, and so nowhere
             why = "nowhere while nothing lies on the foot"
             places = {
                 n: replace(e, names={**e.names, "": "0"}, why=f"{e.why}; {why}")

@@ -39,7 +39,7 @@ def creeping(seed: int, share: float) -> pd.DataFrame:
         for session in range(2):
             load = hold * (1.0 + 5e-4 * rng.standard_normal())
             shown = load + (share * late if cell == 1 else 0.0)
-            drift = 0.05 * np.cumsum(rng.standard_normal(hold.size)) / np.sqrt(hold.size)
+            drift = 0.01 * np.cumsum(rng.standard_normal(hold.size)) / np.sqrt(hold.size)
             made.append(pd.DataFrame({
                 "channel": f"C{cell}", "session": session, "time_s": time_s, "load_n": hold,
                 "counts": scale * (shown + drift + 0.05 * rng.standard_normal(hold.size))

@@ -61,7 +61,8 @@ def recipe() -> str:
     return (
         f'[robot]\nname = "walker"\nmass_kg = {MASS_KG}\ngravity_mps2 = {GRAVITY}\n{feet}\n'
         '[data]\ncells = ["stand.csv"]\nweights = ["bench.csv"]\n'
-        f'[[files]]\nmatch = "stand.csv"\nrow_lasts = 200\nrate_hz = 20\n[files.columns]\n{columns}\n'
+        '[[files]]\nmatch = "stand.csv"\nrow_lasts = 200\nrate_hz = 20\n'
+        f"[files.columns]\n{columns}\n"
     )
 
 
@@ -77,8 +78,9 @@ def calibrated(run: Run, tmp_path: Path) -> Path:
 
 def diagnosed(run: Run, folder: Path, calibration: str, *more: str) -> DiagnosisRecord:
     out = folder / f"of_{calibration}"
+    given = folder / calibration / "parameters.json"
     done = run("diagnose", "--experiment", "stand", "--recipe", folder / "r.toml", "--no-pictures",
-               "--parameters", folder / calibration / "parameters.json", "--out", out, *more)  # fmt: skip
+               "--parameters", given, "--out", out, *more)  # fmt: skip
     assert done.exit_code == 0, done.err
     return read_record(DiagnosisRecord, out / "diagnosis.json")
 

@@ -42,6 +42,7 @@ def cell_log(experiment: str = "walk", rows: int = 1200) -> Log:
         6.0 + 5.0 * smooth(rng, rows, c),
         {
             "load_n": 5.0 * np.rint(2.0 + 2.0 * smooth(rng, rows, c)),
+            "pieces": np.floor(4.0 * np.arange(rows) / rows),
             "hole_m": 0.05 * smooth(rng, rows, 2),
             "temperature_degc": 25.0 + 8.0 * smooth(rng, rows),
             "com_m": np.array([0.0, 0.0, 0.26]) + 0.05 * smooth(rng, rows, 3),

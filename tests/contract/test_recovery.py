@@ -89,7 +89,7 @@ Simulator = Callable[[Chain, dict[str, float], int], Simulated]
 def simulate_weights(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
     plan = WeightsPlan(
         loads_n=(0.0, 2.0, 5.0, 10.0), hold_s=8.0, sample_s=2.0, sessions=2, pause_s=10.0,
-        warming_degc_per_s=0.01, noise=FORCE,
+        warming_degc_per_s=0.01, noise=FORCE, pieces=(0, 1, 2, 3),
     )  # fmt: skip
     robot = Biped(feet={"left": BIPED.feet["left"]})
     logs = weights_logs(robot, plan, chain, values, seed=seed, together=True, to_counts=False)

@@ -312,7 +312,9 @@ def test_what_leaves_next_to_nothing_is_an_answer_and_a_large_residual_is_never_
     monkeypatch: pytest.MonkeyPatch, removed: float, large: bool, verdict: Verdict
 ) -> None:
     """A set of rivals of which no test but the share that is asked for stands in the way."""
-    path = SimpleNamespace(causes=(SimpleNamespace(p=0.0),), share=removed, shorter=None)
+    signature = SimpleNamespace(effect="crosstalk")
+    cause = SimpleNamespace(p=0.0, signature=signature, rivals=())
+    path = SimpleNamespace(causes=(cause,), share=removed, shorter=None)
 
     def judge(_subject: None, _path: None, rules: Rules, _seed: int) -> tuple[Verdict, float]:
         return Verdict.AMBIGUOUS if rules.share_set <= 0.8 else Verdict.UNKNOWN, 0.8

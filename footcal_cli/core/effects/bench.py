@@ -47,6 +47,8 @@ def _relabel(load: FloatArray, _log: Log, theta: Theta, state: State) -> tuple[F
 
 def _piece(log: Log, theta: Theta) -> FloatArray:
     """The error of one piece wherever it lies; bit k of ``pieces`` says whether piece k does."""
+    if "pieces" not in log.known:
+        return np.zeros((1, 1))
     lies = log.known["pieces"].astype(np.int64) >> int(theta["piece"][0]) & 1
     there: FloatArray = lies[:, None] * theta["piece_correction"][0]
     return there

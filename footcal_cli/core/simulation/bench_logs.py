@@ -35,6 +35,8 @@ class WeightsPlan:
         Repetitions of the staircase and the unloaded time between.
     warming_degc_per_s
         Temperature rise while measuring, from 22 °C.
+    pieces
+        Of which pieces each load is made, bit by bit, where that is noted.
     """
 
     loads_n: tuple[float, ...] = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0)
@@ -45,6 +47,7 @@ class WeightsPlan:
     pause_s: float = 60.0
     warming_degc_per_s: float = 0.002
     noise: SimulatedNoise = CELL_NOISE
+    pieces: tuple[int, ...] = ()
 
     def schedule(self) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
         """Stamps, loads, direction (+1 rising, −1 falling, 0 first) and session, shape (n,)."""
@@ -102,6 +105,10 @@ def _weigh(
     whole = time_s[-1] + plan.hold_s + plan.pause_s
     on = np.repeat(np.eye(count), rows, axis=0)
     stamps = np.concatenate([time_s + whole * i for i in range(count)])
+    stacks = {}
+    if plan.pieces:
+        of_load = dict(zip(plan.loads_n, plan.pieces, strict=True))
+        stacks["pieces"] = np.tile([float(of_load[n]) for n in load.tolist()], count)
     planned = Log(
         "weights",
         channels,
@@ -111,6 +118,7 @@ def _weigh(
             "load_n": on * np.tile(load, count)[:, None],
             "temperature_degc": 22.0 + plan.warming_degc_per_s * stamps,
             "direction": np.tile(direction, count),
+            **stacks,
         },
         np.tile(session, count),
     )
