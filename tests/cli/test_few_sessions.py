@@ -144,8 +144,9 @@ def test_rounds_counted_on_over_days_are_sessions(
     record = diagnosed(run, tmp_path, *few)
     assert record.blocks == 45
     if per_k:
-        (cause,) = record.causes
+        cause = record.causes[0]
         assert (cause.effect, cause.where) == ("temperature_scale", "C1")
+        assert answered(record) <= {"temperature_scale", "temperature_bias"}
         assert cause.sd is not None
         assert abs(cause.size - per_k) < 3.0 * cause.sd
     else:

@@ -33,6 +33,7 @@ from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
+from footcal_cli.core.diagnosis.weighing import are_few_sessions
 from footcal_cli.core.inference.evidence import sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
@@ -130,6 +131,9 @@ def standing(
         # that loses least once refitted is chosen
         ahead = _ahead(subject, path, nested.fold)[nested.fold]
         alike = alike | (nested.proposed(begun) & ahead)
+    if path.model is not None and are_few_sessions(problem):
+        # of two sessions of a cell the one left over chooses nothing; its size predicts the other
+        alike = alike | _known_to_one_other(problem, path.model)
     extended = without_rivals(final, path.model)
     named = [cause.signature for cause in path.causes]
     p, departure, hidden = 0.0, None, of_calibration(problem, named)
@@ -158,6 +162,17 @@ def standing(
     innovated = problem.tracking is not None and path.removed > 0.0
     better = better or innovated or bought(gains, problem) > 0.0
     return Standing(path, verdict, share, gains, float(np.mean(alike)), p, better, departure)
+
+
+def _known_to_one_other(problem: Problem, model: Refit) -> BoolArray:
+    """Blocks that show the names, where fewer than two others do, shape (B,)."""
+    rows = np.any(model.columns != 0.0, axis=1)
+    shows = np.bincount(problem.block, rows, minlength=problem.blocks) > 0
+    return np.asarray(shows & (shows.sum() - 1 < _CHOOSE))
+
+
+_CHOOSE = 2
+"""Blocks that must know of a cause to choose it and to be predicted by it."""
 
 
 def _ahead(subject: Subject, path: Path, fold: IntArray) -> BoolArray:

@@ -309,7 +309,8 @@ def between_blocks(
     pooled = Pooled(group, information.sum(axis=0))
     test = permutation_max_t(response, drivers, seed, kind=kind, pooled=pooled)
     score = np.einsum("bqk,bq->bk", drivers, response)
-    few = np.count_nonzero(information, axis=0) < _MANY
+    tells = information > _NOTHING * information.max(axis=0, initial=0.0)
+    few = tells.sum(axis=0) < _MANY
     p = columns.size * of_one_form_p(score, information, group, kind)
     return test.t, np.where(few, np.minimum(p, 1.0), test.p)
 
