@@ -46,6 +46,7 @@ from footcal_cli.core.signals import means_of
 CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
 """Verdicts that leave nothing beside the names."""
 _RCOND = 1e-9
+_CANCELS = 0.5
 NAMING = (*CLEAR, Verdict.NAMED_UNKNOWN)
 
 
@@ -121,10 +122,15 @@ def form_matters(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
 
 
 def _trifles(subject: Subject, path: Path) -> bool:
-    """Whether one of several causes changes no output by what matters, at its refitted size."""
+    """Whether one of several causes changes no output by what matters, at its refitted size.
+
+    Or all of them together nearly none: a delay and a lag of the opposite sign leave what either
+    of them gets wrong, and neither is there.
+    """
     model, problem = path.model, path.current
     if model is None:
         return False
+    changes = []
     for cause in path.causes:
         sizes = {p.name: p.neutral for p in subject.table[cause.signature.effect].sizes}
         change = np.zeros(problem.residual.size)
@@ -132,10 +138,12 @@ def _trifles(subject: Subject, path: Path) -> bool:
             owner, _, parameter = name.rpartition(".")
             if parameter in sizes and owner in dict(cause.signature.owners):
                 change += column * (model.values[name] - sizes[parameter])
+        changes.append(change)
         squares, outputs = (change * problem.noise) ** 2, len(problem.outputs)
         if np.all(means_of(squares, problem.output, outputs, np.inf) < problem.tolerance**2):
             return True
-    return False
+    each = [float(np.linalg.norm(change)) for change in changes]
+    return float(np.linalg.norm(np.sum(changes, axis=0))) < _CANCELS * min(each)
 
 
 def _outdone(subject: Subject, path: Path, rules: Rules) -> bool:
