@@ -111,7 +111,7 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
     # of a folder only those files are logs that are of the kind
     reader = session.part(groups[0].logs) if groups else session
     table = _table(session)
-    read, found = _investigated(session, reader, table, rules)
+    read, found = _from_before(session, reader, table, rules)
     with session.step("plan"):
         moved = movements(read.case, found.problem, found.final)
         asked = DiagnosisRequest(
@@ -125,6 +125,30 @@ def _single(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: R
         return outcome  # nothing starts from wrong readings
     record = extended(session, baseline_of(session), read.case, found, moved, read.before)
     return replace(outcome, records={**outcome.records, "parameters_extended.json": record})
+
+
+def _from_before(
+    session: Session[DiagnoseOptions], reader: Session[DiagnoseOptions],
+    table: dict[str, Effect], rules: Rules,
+) -> tuple[CaseRead, Investigation]:  # fmt: skip
+    """Placements first without what `offline-fit` took out of them; with it if that has no name.
+
+    A matrix between all cells is a calibration, and no row of the table.
+    """
+    from footcal_cli.core.diagnosis.verdicts import NAMING
+    from footcal_cli.intake.cases.shared import chose_effects, without_chosen
+    from footcal_cli.tables.logfiles import digest
+
+    whole, placed = reader.parameters, session.options.experiment == "placements"
+    logs = [digest(path) for path in session.input_paths() if placed and path.is_file()]
+    if whole is None or not chose_effects(whole, logs):
+        return _investigated(session, reader, table, rules)
+    reader.parameters = without_chosen(whole)
+    read, found = _investigated(session, reader, table, rules)
+    if found.verdict in NAMING:
+        return read, found
+    reader.parameters = whole
+    return _investigated(session, reader, table, rules)
 
 
 def _together(session: Session[DiagnoseOptions], groups: Sequence[Group], rules: Rules) -> Outcome:

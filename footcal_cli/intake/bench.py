@@ -164,14 +164,10 @@ def _continued(tables: Sequence[Table], session: IntArray) -> IntArray:
 
 def _nested(table: Table) -> bool:
     """Whether every repeat of a channel lies in one session, and some session has several."""
-    import pandas as pd
-
     columns = ["channel", "session", "repeat"] if "channel" in table else ["session", "repeat"]
-    pairs = pd.DataFrame({name: table.text(name) for name in columns}).drop_duplicates()
-    rounds = pairs.drop(columns="session")
-    return not rounds.duplicated().any() and len(pairs) > len(
-        pairs.drop(columns="repeat").drop_duplicates()
-    )
+    pairs = set(zip(*(table.text(name).tolist() for name in columns), strict=True))
+    once = len({(*p[:-2], p[-1]) for p in pairs}) == len(pairs)
+    return once and len({p[:-1] for p in pairs}) < len(pairs)
 
 
 def sessions_of(tables: Sequence[Table], *, pauses: bool = False) -> IntArray:

@@ -145,7 +145,7 @@ def test_an_effect_left_out_of_the_table_gets_no_confident_other_name(
 def test_too_few_sessions_are_called_so_and_an_effect_left_out_is_in_no_table(
     run: Run, tmp_path: Path
 ) -> None:
-    write_weights(tmp_path / "weights.csv", 5, width=0.5, sessions=2)
+    write_weights(tmp_path / "weights.csv", 5, width=0.0, sessions=2)
     record = diagnosed(
         run, tmp_path / "weights.csv", tmp_path / "out", *without_all_but("hysteresis")
     )

@@ -61,11 +61,16 @@ def test_a_calibration_that_has_seen_the_zeros_keeps_its_own(run: Run, tmp_path:
     _, recipe, belief = written(tmp_path, lifts=3)
     first = run("static-init", "--recipe", recipe, "--parameters", belief,
                 "--out", tmp_path / "a")  # fmt: skip
-    again = run("diagnose", "--recipe", recipe, "--experiment", "stand", "--parameters",
+    again = run("static-init", "--recipe", recipe, "--parameters",
                 tmp_path / "a" / "parameters.json", "--out", tmp_path / "b")  # fmt: skip
+    before = run("diagnose", "--recipe", recipe, "--experiment", "stand", "--parameters",
+                 tmp_path / "a" / "parameters.json", "--out", tmp_path / "c")  # fmt: skip
     assert "zeros of 8 cells" in first.out.replace("\n", " ")
     assert again.exit_code == 0, again.err
     assert "zeros of 8 cells" not in again.out.replace("\n", " ")
+    # `diagnose` begins with the calibration before these logs, which had not seen them
+    assert before.exit_code == 0, before.err
+    assert "zeros of 8 cells" in before.out.replace("\n", " ")
 
 
 def test_zeros_without_a_cell_are_refused(run: Run, tmp_path: Path) -> None:

@@ -10,12 +10,12 @@ from footcal_cli.core.diagnosis.answer import Cause, Diagnosis, Verdict
 from footcal_cli.core.diagnosis.detection import Detection, detect
 from footcal_cli.core.diagnosis.evidence_table import evidence_rows
 from footcal_cli.core.diagnosis.features import features_of
+from footcal_cli.core.diagnosis.few_sessions import are_few_sessions
 from footcal_cli.core.diagnosis.form import Form, form_of
 from footcal_cli.core.diagnosis.gain import rms_gain
 from footcal_cli.core.diagnosis.library import Library, library
 from footcal_cli.core.diagnosis.rules import LEVEL_SHARE, Rules
 from footcal_cli.core.diagnosis.search import Search, Step, search, sizes_of
-from footcal_cli.core.diagnosis.weighing import are_few_sessions
 from footcal_cli.core.diagnosis.yardsticks import yardsticks
 from footcal_cli.core.inference.evidence import jackknife_interval, sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams

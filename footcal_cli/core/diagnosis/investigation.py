@@ -17,13 +17,7 @@ from footcal_cli.core.diagnosis.kinds import of_another_kind
 from footcal_cli.core.diagnosis.likeliest import by_the_likeliest
 from footcal_cli.core.diagnosis.material import Nameless
 from footcal_cli.core.diagnosis.odd_spell import OddSpell, odd_spell
-from footcal_cli.core.diagnosis.path import (
-    Path,
-    as_one_mixture,
-    beginning,
-    grown,
-    jumped,
-)
+from footcal_cli.core.diagnosis.path import Path, as_one_mixture, beginning, grown, jumped
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import is_sized
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing

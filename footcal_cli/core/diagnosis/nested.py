@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.detection import block_calibrations, kinds_of
+from footcal_cli.core.diagnosis.few_sessions import are_few_sessions
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.pairs import likely_pairs
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.search import search
-from footcal_cli.core.diagnosis.weighing import alike_as, are_few_sessions
+from footcal_cli.core.diagnosis.weighing import alike_as
 from footcal_cli.core.inference.evidence import sign_patterns, smallest_p
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core.diagnosis.few_sessions import are_few_sessions
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.refusal import Refusal, Why
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.weighing import (
     Evidence,
-    are_few_sessions,
     between_blocks,
     has_few_blocks,
     of_cells_p,

@@ -18,6 +18,7 @@ from footcal_cli.core.diagnosis.departure import (
     departure_of,
     of_calibration,
 )
+from footcal_cli.core.diagnosis.few_sessions import are_few_sessions
 from footcal_cli.core.diagnosis.field import white_loss
 from footcal_cli.core.diagnosis.gain import (
     Gain,
@@ -33,7 +34,6 @@ from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rivals import excess_of
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject
-from footcal_cli.core.diagnosis.weighing import are_few_sessions
 from footcal_cli.core.inference.evidence import sign_flip_mean, sign_patterns
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit

@@ -23,7 +23,6 @@ from footcal_cli.errors import UsageError
 from footcal_cli.intake.cases.shared import (
     CaseRead,
     affine_parameters,
-    baseline_of,
     chain_of,
     in_order,
     known_before,
@@ -33,6 +32,7 @@ from footcal_cli.intake.cases.shared import (
 from footcal_cli.intake.empty_plate import carried
 from footcal_cli.intake.zeros import use_zeros
 from footcal_cli.recipe.options import DiagnoseOptions
+from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import placements_table
 
 PLACEMENT_S = 20.0
@@ -74,8 +74,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
     if session.parameters is not None:
         use_zeros(session, channels)
-    _refuse_without(session)
-    chain, values = chain_of(baseline_of(session), channels, EXPERIMENT.calibration)
+    chain, values = chain_of(_needed(session), channels, EXPERIMENT.calibration)
     for log in logs:
         scale, bias = ([values[f"{c}.{n}"] for c in log.channels] for n in ("scale", "bias"))
         forces = log.readings * scale + bias
@@ -219,9 +218,10 @@ def _round_of(placement: FloatArray) -> Any:
     return rounds
 
 
-def _refuse_without(session: Session[DiagnoseOptions]) -> None:
+def _needed(session: Session[DiagnoseOptions]) -> ParametersRecord:
     if session.parameters is None:
         raise UsageError(
             "diagnosis of placements starts from a calibration",
             remedy="give --parameters from offline-fit",
         )
+    return session.parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -136,12 +136,20 @@ def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
     denies.
     """
     record = session.parameters
-    if record is None or not record.effects or record.command != "offline-fit":
+    if record is None or not chose_effects(record, session.inputs.values()):
         return record
-    given = any(name.endswith(".json") for name in record.inputs)
-    if given or not set(record.inputs.values()) & set(session.inputs.values()):
-        return record
+    return without_chosen(record)
 
+
+def chose_effects(record: ParametersRecord, digests: Iterable[str]) -> bool:
+    """Whether `offline-fit` chose effects by some of these logs, and by no calibration before."""
+    given = any(name.endswith(".json") for name in record.inputs)
+    chosen = bool(record.effects) and record.command == "offline-fit" and not given
+    return chosen and not set(record.inputs.values()).isdisjoint(digests)
+
+
+def without_chosen(record: ParametersRecord) -> ParametersRecord:
+    """A calibration without its effects, and so of scales and biases alone."""
     taken = {
         f"{owner}.{parameter.name}"
         for item in record.effects
