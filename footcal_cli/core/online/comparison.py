@@ -183,7 +183,7 @@ class ReplayedWalk:
                 "repeated_errors", "warning", "filter",
                 "the residual repeats in every gait cycle: "
                 f"{self.memory.repeated:.1f} times the variance that chance would leave",
-                "run diagnose on this log: an effect is missing from the chain",
+                "run diagnose on this log: it says whether an effect of the table is behind it",
             )  # fmt: skip
         yield from self.consistency.findings()
 

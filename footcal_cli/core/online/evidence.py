@@ -204,7 +204,7 @@ class Consistency:
             yield Finding(
                 "inconsistent_innovations", "warning", "filter",
                 f"innovations are {self.ratio**0.5:.2f} times as large as claimed",
-                "run diagnose on this log: an effect is missing from the chain",
+                "run diagnose on this log: it says whether an effect of the table is behind it",
             )  # fmt: skip
 
     @classmethod

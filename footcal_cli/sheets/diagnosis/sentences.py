@@ -63,6 +63,8 @@ def none_found(found: Investigation, untested: Mapping[str, str]) -> tuple[str, 
             f"(p = {number(last.before.p, 2)}), but small and like no effect of the table.",
             details,
         )
+    if found.nearest:
+        return "Nothing that matters: no effect of the table is sure enough for a name.", details
     return "No unmodelled effect found: the residual looks like noise.", details
 
 
