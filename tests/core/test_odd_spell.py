@@ -86,3 +86,11 @@ def test_a_robot_that_is_held_is_no_dead_cell() -> None:
     assert found.output == "fz"
     assert found.finding.code == "odd_spell"
     assert found.off < -0.2 * ROBOT.mass_kg * 9.81
+
+
+def test_a_spell_of_sensors_whose_zeros_are_not_tracked_is_of_no_channel() -> None:
+    """As of transducers: it has a time, and no cell whose force would explain it."""
+    case, start_s, _ = dead_in_one_step(1)
+    gains = tuple(way for way in case.directions if way.kind != "bias")
+    found = looked_at(replace(case, directions=gains))
+    assert found is None or (not found.silent and abs(found.start_s - start_s) < 3.0)

@@ -129,6 +129,8 @@ def _one_channel(case: Case, problem: Problem, rows: IntArray) -> tuple[str, boo
     """
     wandering = [way for way in case.directions if not way.lasting]
     biases = [(way, k) for k, way in enumerate(wandering) if way.kind == "bias"]
+    if not biases:  # of transducers whose zeros are tracked otherwise
+        return "", False
     _, sample = np.unique(problem.time_s[rows], return_inverse=True)
     left = problem.residual[rows]
     whole = float(left @ left)
