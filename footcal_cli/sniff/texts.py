@@ -77,6 +77,7 @@ def _in_rows(numbers: Sequence[float] | FloatArray, raw: RawColumn) -> FloatArra
 _TURNS = 3
 """So often numbers come again in one order by no chance."""
 _DECIMAL = re.compile(r"[-+]?\d+(?:[.,]\d+)?")
+_ZERO = re.compile(r"[-+]?0+(?:[.,]0*)?")
 _PLAIN = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -121,7 +122,10 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         why = f"numbers of {parts[0][2]} at full scale"
         name = replace(name, quantity="reading")
         return ColumnGuess(column, name, None, "likely", why, values, pattern=r"^([-+]?\d+)\s*/")
-    nothing = words_for_nothing(words, any_word=name.quantity in (*MEASURED, "other"))
+    # where no load is written as 0, a word among loads says none of them: one is being changed
+    empty_said = name.quantity == "load" and any(_ZERO.fullmatch(word) for word in words)
+    between = name.quantity in (*MEASURED, "other") or empty_said
+    nothing = words_for_nothing(words, any_word=between)
     if nothing:
         said = [str(v).strip() for v in raw.values.tolist()]
         numbers = np.array([

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.listed_places import places_in
 from footcal_cli.sniff.said_gravity import gravity_in
 from footcal_cli.sniff.units import known_unit
@@ -168,3 +170,18 @@ def test_columns_of_cells_stay_cells(run: Run, tmp_path: Path) -> None:
     made = recipe_of(run, tmp_path, *sheets(tmp_path, by_file=False))
     assert made["files"][0]["wide_into"] == "channel"
     assert len(made["robot"]["channels"]) == 3
+
+
+def test_a_word_between_typed_loads_is_none_of_them(tmp_path: Path) -> None:
+    """Where nothing on the cell is typed as 0, ``MOV`` says that a weight is being changed."""
+    load = np.repeat([0, 1000, 2000, 1000, 0], 40)
+    said = np.where(np.arange(load.size) % 40 < 3, "MOV", load.astype(str))
+    counts = np.rint(8e3 + 20.0 * load + 5.0 * np.random.default_rng(3).standard_normal(load.size))
+    log = tmp_path / "CEL_A.txt"
+    pd.DataFrame(
+        {"millis": 100 * np.arange(load.size), "leitura": counts.astype(int), "carga_g": said}
+    ).to_csv(log, index=False)
+    column = next(c for c in guess_file(log).columns if c.column == "carga_g")
+    assert (column.quantity, column.unit, column.missing) == ("load", "g", ("MOV",))
+    assert column.values is not None
+    assert np.isnan(column.values[said == "MOV"]).all()
