@@ -136,15 +136,19 @@ def baseline_of(session: Session[DiagnoseOptions]) -> ParametersRecord | None:
     denies.
     """
     record = session.parameters
-    if record is None or not chose_effects(record, session.inputs.values()):
+    if record is None or record.command != _CHOOSES:
         return record
-    return without_chosen(record)
+    return without_chosen(record) if chose_effects(record, session.inputs.values()) else record
+
+
+_CHOOSES = "offline-fit"
+"""The command that chooses effects by held-out rows."""
 
 
 def chose_effects(record: ParametersRecord, digests: Iterable[str]) -> bool:
     """Whether `offline-fit` chose effects by some of these logs, and by no calibration before."""
     given = any(name.endswith(".json") for name in record.inputs)
-    chosen = bool(record.effects) and record.command == "offline-fit" and not given
+    chosen = bool(record.effects) and record.command == _CHOOSES and not given
     return chosen and not set(record.inputs.values()).isdisjoint(digests)
 
 
