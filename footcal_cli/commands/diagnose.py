@@ -137,11 +137,10 @@ def _from_before(
     """
     from footcal_cli.core.diagnosis.verdicts import NAMING
     from footcal_cli.intake.cases.shared import chose_effects, without_chosen
-    from footcal_cli.tables.logfiles import digest
+    from footcal_cli.session.before import digests_of_logs
 
     whole, placed = reader.parameters, session.options.experiment == "placements"
-    logs = [digest(path) for path in session.input_paths() if placed and path.is_file()]
-    if whole is None or not chose_effects(whole, logs):
+    if whole is None or not (placed and chose_effects(whole, digests_of_logs(session))):
         return _investigated(session, reader, table, rules)
     reader.parameters = without_chosen(whole)
     read, found = _investigated(session, reader, table, rules)

@@ -7,6 +7,7 @@ from other data.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,11 @@ _REFIT = ("static-init", "online-replay")
 """Commands that go on from a calibration by what a robot does on its feet."""
 
 
+def digests_of_logs(session: Session[DiagnoseOptions]) -> Iterator[str]:
+    """SHA-256 of every file that this run may read, each as it is asked for."""
+    return (digest(path) for path in session.input_paths() if path.is_file())
+
+
 def begin_before(session: Session[DiagnoseOptions]) -> None:
     """Take the calibration that the given one began with, where that one was made from these logs.
 
@@ -33,8 +39,7 @@ def begin_before(session: Session[DiagnoseOptions]) -> None:
         return
     begun = {name: sum_ for name, sum_ in record.inputs.items() if name.endswith(".json")}
     logs = set(record.inputs.values()) - set(begun.values())
-    here = {digest(path) for path in session.input_paths() if path.is_file()}
-    if len(begun) != 1 or not logs <= here:
+    if len(begun) != 1 or not logs.issubset(digests_of_logs(session)):
         return
     (name, known), mine = *begun.items(), digest(given)
     places = (Path(name), given.parent / name, given.parent.parent / name)

@@ -13,7 +13,7 @@ from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 FEW_BLOCKS = 16
 """Below so many blocks in all, signs do not reach the level of a family in half of them."""
-_NOTHING = 1e-9  # share of the most informative block, below which one says nothing
+NOTHING = 1e-9  # share of the most informative block, below which one says nothing
 
 
 def are_few_sessions(problem: Problem) -> bool:
@@ -45,11 +45,10 @@ def of_few_sessions_p(
     forms
         Number f of independent forms per sensor.
     """
-    known = information > _NOTHING * information.max(axis=0, initial=0.0)
+    known = information > NOTHING * information.max(axis=0, initial=0.0)
     shares = np.where(known, information, np.inf)
-    size = np.sum(np.where(known, score, 0.0), axis=0) / np.sum(
-        np.where(known, information, 0.0), axis=0
-    )
+    total = np.sum(np.where(known, information, 0.0), axis=0)
+    size = np.sum(np.where(known, score, 0.0), axis=0) / total
     left = np.sum((score - size * information) ** 2 / shares, axis=0)
     freedom = known.sum(axis=0) - 1.0
     each = np.bincount(form, left) / np.maximum(np.bincount(form, freedom), 1.0)
@@ -58,6 +57,5 @@ def of_few_sessions_p(
     if degrees < 1.0:
         return np.ones(size.size)
     scatter = np.maximum(scatter, left[alone].sum() / freedom[alone].sum())
-    total = np.sum(np.where(known, information, 0.0), axis=0)
     t = np.abs(size) * np.sqrt(total / np.maximum(scatter, 1e-300))
     return np.asarray(2.0 * chances.t_sf(t, degrees * max(forms, 1.0)))

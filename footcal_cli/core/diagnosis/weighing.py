@@ -9,7 +9,7 @@ import numpy as np
 
 from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.detection import block_calibrations
-from footcal_cli.core.diagnosis.few_sessions import are_few_sessions, of_few_sessions_p
+from footcal_cli.core.diagnosis.few_sessions import NOTHING, are_few_sessions, of_few_sessions_p
 from footcal_cli.core.diagnosis.library import Library
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.inference.evidence import (
@@ -122,7 +122,6 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     )
 
 
-_NOTHING = 1e-9  # share of the most informative block, below which one says nothing
 _UNSEEN = 1e-6  # share of the largest eigenvalue of correlations, below which there is none
 _ROUNDING = 1e-10  # share of a column's square that a base leaves, below which it leaves none
 _DRAWS, _PARTS = 20_000, 20
@@ -300,7 +299,7 @@ def between_blocks(
     pooled = Pooled(group, information.sum(axis=0))
     test = permutation_max_t(response, drivers, seed, kind=kind, pooled=pooled)
     score = np.einsum("bqk,bq->bk", drivers, response)
-    tells = information > _NOTHING * information.max(axis=0, initial=0.0)
+    tells = information > NOTHING * information.max(axis=0, initial=0.0)
     few = tells.sum(axis=0) < _MANY
     p = columns.size * of_one_form_p(score, information, group, kind)
     return test.t, np.where(few, np.minimum(p, 1.0), test.p)
@@ -324,7 +323,7 @@ def of_one_form_p(
     kind
         Blocks within which scores are centred, shape (blocks,); not centred where None.
     """
-    known = information > _NOTHING * information.max(axis=0, initial=0.0)
+    known = information > NOTHING * information.max(axis=0, initial=0.0)
     total = np.maximum(np.sum(np.where(known, information, 0.0), axis=0), 1e-300)
     size = np.sum(np.where(known, score, 0.0), axis=0) / total
     shares = np.where(known, information, np.inf)
