@@ -195,6 +195,7 @@ def _investigated(
     from footcal_cli.core.diagnosis.known_gain import with_known_gain
     from footcal_cli.core.diagnosis.moved_gain import with_moved_gain
     from footcal_cli.core.diagnosis.moved_zero import with_moved_zero
+    from footcal_cli.core.diagnosis.second_path import with_second_path
     from footcal_cli.core.diagnosis.signals import describe
     from footcal_cli.core.quality import stopping
     from footcal_cli.intake.cases import read_case
@@ -220,6 +221,7 @@ def _investigated(
         again = with_known_gain(found, gains, inquiry)
         again = with_moved_gain(again, read.gains(table), inquiry)
         again = with_moved_zero(again, read.zeros(table), inquiry)
+        again = with_second_path(again, table)
     if again is found:
         return read, found
     answered = {s.effect for f in again.found for s in (f.cause.signature, *f.cause.rivals)}

@@ -159,10 +159,10 @@ def test_swapped_wires_stop_the_diagnosis(run: Run, tmp_path: Path, recipe: Path
     record = diagnosed(run, log, recipe, None, tmp_path / "out", "hang")
     assert record.verdict == "bad-data"
     assert "fx of leg fl" in record.sentence
-    # no other cause is made of wrong readings, and none gets into a model
+    # no other cause is made of wrong readings, and no model starts from them
     assert not record.causes
     assert {row.status for row in record.effects} <= {"undecided", "not_testable"}
-    assert not read_record(ParametersRecord, tmp_path / "out/parameters_extended.json").effects
+    assert not (tmp_path / "out/parameters_extended.json").exists()
 
 
 @pytest.mark.parametrize(("place_m", "started_m"), [(0.1, 0.1), (-0.215, 0.0)])

@@ -59,13 +59,16 @@ def possible(row: EffectRow) -> bool:
 
 
 def rival_row(answer: Diagnosis, rival: Signature, named: str) -> EffectRow | None:
-    """A rival weighed where the named cause was, not beside it; None where the data hide it."""
+    """A rival weighed where the named cause was, not beside it.
+
+    None where the data hide it, and of one that is a rival by its law where it was not weighed.
+    """
     lib = answer.library
     causes = [c for c, cause in enumerate(lib.causes) if cause[0] == rival.effect]
     there = [c for c in causes if lib.causes[c][2] == rival.where]
-    if not causes:
+    if not there:
         return None
-    row = _row(lib, answer.search, answer.search.first, there or causes, answer.rules)
+    row = _row(lib, answer.search, answer.search.first, there, answer.rules)
     return _as_good(row, named)
 
 

@@ -14,7 +14,7 @@ from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.words import words
 from footcal_cli.report import number
-from footcal_cli.sheets.diagnosis.words import share_interval, share_text
+from footcal_cli.sheets.diagnosis.words import place_words, share_interval, share_text
 
 _INVISIBLE = 5e-4  # a share of which the shown digits are zeros
 _NOISE = 0.05  # p above which what is left is not worth a word
@@ -55,7 +55,11 @@ def against_rivals(found: Investigation) -> list[str]:
     for item in found.found:
         mine = item.cause.signature.effect
         unfitted = _unfitted(item.answer, mine, {mine})
-        for rival in dict.fromkeys(r.effect for r in item.cause.rivals):
+        places = {cause[::2] for cause in item.answer.library.causes}
+        for rival, where in {r.effect: r.where for r in item.cause.rivals}.items():
+            if (rival, where) not in places:
+                lines.append(f"{words(rival)}{place_words(where)} acts as {words(mine)} does.")
+                continue
             other = item.cause.compared.get(rival)
             more = unfitted.get(rival) if other is None else other.excess
             if more is None:
