@@ -82,7 +82,7 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
         own = (line for p in parts if p.plan.command == command for line in p.plan.options)
         lines += ["", f"[{command.replace('-', '_')}]", *dict.fromkeys(own)]
     if kind := _diagnosed(parts):
-        other = "    # or weights" * any(part.plan.command == "offline-fit" for part in parts)
+        other = "    # or weights" * any(part.plan.role == "weights" for part in parts)
         lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}{other}"]
     return "\n".join(lines) + "\n"
 
@@ -90,6 +90,8 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
 def _diagnosed(parts: Sequence[Part]) -> str:
     """What `diagnose` calls the one experiment next to weights; empty for several, and weights."""
     commands = {part.plan.command for part in parts} - {"offline-fit"}
+    if not commands and any(part.plan.role == "placements" for part in parts):
+        return "placements"
     return _DIAGNOSED.get(commands.pop(), "") if len(commands) == 1 else ""
 
 
@@ -111,7 +113,7 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
         open_yet = _wanted(parts, name)
         to_do = f", what is marked TO FILL IN filled in ({open_yet})" if open_yet else ""
         after += f"; after it {name}, with its parameters.json{to_do}"
-    if after and (kind := _diagnosed(parts)):
+    if plan.command == "offline-fit" and (kind := _diagnosed(parts)):
         after += f"; then diagnose (experiment {kind}) says what the model lacks"
     return f"{said}{command}{after}"
 

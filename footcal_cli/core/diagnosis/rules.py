@@ -147,6 +147,7 @@ class Rules:
     share_partly: float = 0.97
     share_form: float = 0.97
     share_set: float = 0.9
+    share_apart: float = 1.0
     fewest_blocks: int = 10
     fewest_sessions: float = 3.0
     most_folds: int = 12

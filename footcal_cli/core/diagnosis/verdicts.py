@@ -251,7 +251,8 @@ def _verdict(
         return Verdict.UNKNOWN, share
     if several:
         # neither which one it is nor what else is there: a set would hide the rest
-        return Verdict.UNKNOWN if left_apart(last.before, rules) else Verdict.AMBIGUOUS, share
+        hidden = share < rules.share_apart and left_apart(last.before, rules)
+        return Verdict.UNKNOWN if hidden else Verdict.AMBIGUOUS, share
     return (Verdict.NAMED_UNKNOWN if more else Verdict.NAMED), share
 
 

@@ -51,13 +51,16 @@ def as_a_curve(path: Path, rules: Rules) -> Rules:
     """Rules for a set that says only that a cell bends under its own load.
 
     Whatever the law of that curve is, the remedy is the same, and the table has but a few: what its
-    forms leave of it does not speak against all of them.
+    forms leave of it does not speak against all of them, nor that this is ordered in time as the
+    loads are, where they explain nearly all.
     """
     said = [s.effect for c in path.causes for s in (c.signature, *c.rivals)]
     if len(path.causes) != 1 or len(said) == 1 or not CURVES.issuperset(said):
         return rules
     least = rules.share_named
-    return replace(rules, share_partly=least, share_form=least, share_set=least)
+    return replace(
+        rules, share_partly=least, share_form=least, share_set=least, share_apart=rules.share_form
+    )
 
 
 def nameless_beside(subject: Subject, path: Path, *, beside: bool) -> tuple[Nameless, ...]:
