@@ -195,10 +195,11 @@ def _investigated(
     from footcal_cli.core.diagnosis.known_gain import with_known_gain
     from footcal_cli.core.diagnosis.moved_gain import with_moved_gain
     from footcal_cli.core.diagnosis.moved_zero import with_moved_zero
-    from footcal_cli.core.diagnosis.second_path import with_second_path
+    from footcal_cli.core.diagnosis.second_path import against_the_bench, with_second_path
     from footcal_cli.core.diagnosis.signals import describe
     from footcal_cli.core.quality import stopping
     from footcal_cli.intake.cases import read_case
+    from footcal_cli.intake.cases.shared import straight_cells
 
     name = "" if group is None else f" {group.name}"
     with session.step(f"read{name}"):
@@ -221,7 +222,9 @@ def _investigated(
         again = with_known_gain(found, gains, inquiry)
         again = with_moved_gain(again, read.gains(table), inquiry)
         again = with_moved_zero(again, read.zeros(table), inquiry)
-        again = with_second_path(again, table)
+        straight = straight_cells(reader.parameters)
+        again = with_second_path(again, table, straight)
+        read.findings.extend(against_the_bench(again, straight))
     if again is found:
         return read, found
     answered = {s.effect for f in again.found for s in (f.cause.signature, *f.cause.rivals)}

@@ -85,9 +85,13 @@ def effect_records(studies: Sequence[ChannelStudy]) -> tuple[EffectRecord, ...]:
 
 
 def fitted_ranges(study: ChannelStudy) -> dict[str, Range]:
-    """Loads, readings and temperatures the model was fitted on."""
+    """Loads, readings, temperatures the model was fitted on, and how far loads are off a line."""
     affine, fit = study.affine, study.fit
-    ranges = {"load": Range.of(affine.load_n, "N"), "reading": Range.of(affine.counts, "count")}
+    ranges = {
+        "load": Range.of(affine.load_n, "N"),
+        "reading": Range.of(affine.counts, "count"),
+        "line_error": Range.of(affine.residual_n, "N"),
+    }
     if fit is not None and fit.temperature_range_degc is not None:
         low, high = fit.temperature_range_degc
         ranges["temperature"] = Range(lowest=low, highest=high, unit="degC")

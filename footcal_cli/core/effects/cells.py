@@ -222,7 +222,7 @@ NONLINEARITY_CUBIC = Effect(
     formula="y = x + k x³; inverse by Newton's method",
     source="symmetric (odd) part of a transducer's curve",
     remedy="calibrate with at least eight loads over the whole range and keep the cubic term",
-    mimics=("nonlinearity", "saturation", "hinge"),
+    mimics=("nonlinearity", "saturation", "hinge", "load_bypass"),
     separates="a ladder of many weights up to full scale",
 )
 
@@ -361,7 +361,7 @@ SATURATION = Effect(
     formula="y = x − s · (x − clip(x, −L, L)), s = 1 for a hard stop",
     source="amplifier or converter at the end of its range; mechanical overload stop",
     remedy="lower the gain of the amplifier, or leave loads beyond the limit out",
-    mimics=("hinge", "nonlinearity"),
+    mimics=("hinge", "nonlinearity", "load_bypass"),
     separates="weights above and below the limit, cell by cell",
     invertible=False,
 )

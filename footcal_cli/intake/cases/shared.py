@@ -10,6 +10,7 @@ import numpy as np
 
 from footcal_cli.core.chain import Chain, Link, link
 from footcal_cli.core.contact import cycle_phase
+from footcal_cli.core.diagnosis.second_path import StraightCell
 from footcal_cli.core.effects import find_effect, having
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.experiments.contract import Experiment
@@ -221,6 +222,18 @@ def known_before(
         bias = np.array([0.0, max(BIAS_MOVES_N, BIAS_MOVES * largest)])
         covariance[at, at] += np.outer(gain, gain) + np.outer(bias, bias)
     return scaled_inverse(covariance, _RCOND)
+
+
+def straight_cells(record: ParametersRecord | None) -> dict[str, StraightCell]:
+    """Cells that a calibration has seen loaded with weights, by channel."""
+    ranges = {} if record is None else record.fitted_range
+    return {
+        channel: StraightCell(
+            own["load"].highest, own["line_error"].highest - own["line_error"].lowest
+        )
+        for channel, own in ranges.items()
+        if {"load", "line_error"} <= own.keys()
+    }
 
 
 def finding_nm(logs: Sequence[Log], weight_n: float) -> float:

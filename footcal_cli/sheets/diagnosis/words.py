@@ -232,10 +232,17 @@ def _plain(reason: str) -> str:
 
 
 def matters(item: Found) -> bool:
-    """Whether a cause is as large as what matters: another question than whether it is there."""
+    """Whether a cause is as large as what matters: another question than whether it is there.
+
+    Of a set, whether any of it is: the loop that stands for a gain that changed may be narrow.
+    """
     signature = item.cause.signature
-    rows = [r for r in item.answer.effects if r.signature.effect == signature.effect]
-    return not rows or abs(item.cause.size.value) >= rows[0].smallest
+    rows = {r.signature.effect: r for r in reversed(item.answer.effects)}
+    if signature.effect not in rows:
+        return True
+    sizes = {s.effect: rows[s.effect].size for s in item.cause.rivals if s.effect in rows}
+    sizes[signature.effect] = item.cause.size
+    return any(abs(size.value) >= rows[effect].smallest for effect, size in sizes.items())
 
 
 def remedy_of(found: Investigation, item: Found) -> str:
