@@ -286,7 +286,9 @@ class Problem:
         if len(kept) == len(self.signatures):
             return self
         return replace(
-            self, columns=self.columns[:, kept], signatures=tuple(self.signatures[i] for i in kept)
+            self,
+            columns=self.columns.take(kept, axis=1),
+            signatures=tuple(self.signatures[i] for i in kept),
         )
 
     @property
