@@ -118,10 +118,8 @@ class Subject:
             self._whole.clear()
             self._whole[id(model)] = model, made
         whole = self._whole[id(model)][1]
-        return replace(
-            whole.without(*(c.signature.effect for c in causes)),
-            accepted=self._accepted(model, causes),
-        )
+        rest = whole.without(*(c.signature.effect for c in causes))
+        return rest.asking(accepted=self._accepted(model, causes))
 
     def beside_usual(self, model: Refit, causes: Sequence[Cause]) -> Refit:
         """The model beside imperfections that are of usual size only with its causes in it."""
