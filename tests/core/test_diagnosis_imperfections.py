@@ -125,10 +125,10 @@ def test_limbs_that_swing_as_the_body_is_pushed_are_fitted_where_no_log_has_them
     clean, problem = (problem_from(c, rows_of(c), TABLE.values(), describe) for c in (case, swung))
     assert "limb_swing" not in {s.effect for s in clean.usual_of}
     at = [i for i, s in enumerate(problem.usual_of) if s.effect == "limb_swing"]
-    bare = problem.without_usual({s.effect for s in problem.usual_of})
+    bare = problem.without_usual({s.effect for s in problem.usual_of}).without_candidates
     assert problem.usual is not None
     # alone, for what repeats with the gait would take some of it
-    size, sd = sizes_of_imperfections(bare, problem.usual[:, at])
+    size, sd = sizes_of_imperfections(replace(bare, usual=problem.usual[:, at]))
     found = 0.2 * size  # in usual sizes
     assert found == pytest.approx([share, share], abs=0.03)
     assert np.all(0.2 * sd < 0.02)

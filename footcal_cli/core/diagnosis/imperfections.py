@@ -49,8 +49,9 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
     large = _large_elsewhere(problem, columns, signatures)
     kept = [k for k, signature in enumerate(signatures) if signature.effect not in large]
     limits = _limits(problem, ideal, columns, signatures)
+    beside = replace(problem.without_candidates, usual=columns[:, kept])
     while kept:
-        size, sd = sizes_of_imperfections(problem, columns[:, kept])
+        size, sd = sizes_of_imperfections(beside)
         # twice as large is none either, though its evidence be a single block
         beyond = np.maximum(np.abs(size) - 2.0 * sd, 0.5 * np.abs(size)) / limits[kept]
         own = [signatures[k] for k in kept]
@@ -59,6 +60,7 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
             break
         out = signatures[kept[int(np.argmax(beyond))]].effect
         kept = [k for k in kept if signatures[k].effect != out]
+        beside = replace(beside, usual=columns[:, kept])
     covers = {item.effect.name: item.covers for item in ideal.experiment.imperfections}
     names = dict.fromkeys(signatures[k].effect for k in kept)
     fitted = {(signatures[k].effect, signatures[k].parameter) for k in kept}
@@ -69,9 +71,9 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
     effects = dict.fromkeys(name for own in names for name in (own, *covers[own]))
     reason = f"fitted as a usual imperfection of a {ideal.experiment.name}"
     whole = [e for e in effects if e in TABLE and e not in open_still]
-    return replace(
-        rest,
-        usual=columns[:, kept],
+    return beside.asking(
+        columns=rest.columns,
+        signatures=rest.signatures,
         usual_of=tuple(signatures[k] for k in kept),
         usual_of_any_size=frozenset(
             item.effect.name for item in ideal.experiment.imperfections if not item.bounded
@@ -110,15 +112,14 @@ def _large_elsewhere(
     A delay of a quarter of a step has no gradient at none: fitted there it looks small, and is not.
     Better at two standard errors of the difference over blocks.
     """
-    large = set()
+    large, tried = set(), problem
     for name in {s.effect for s in signatures}:
         mine = [i for i, s in enumerate(problem.signatures) if s.effect == name]
         usual = [k for k, s in enumerate(signatures) if s.effect == name]
         if len(mine) <= 1 or len(usual) != 1:
             continue
         beside = [k for k in range(len(signatures)) if k not in usual]
-        tried = replace(
-            problem,
+        tried = tried.asking(
             columns=np.hstack([columns[:, usual], problem.columns[:, mine]]),
             signatures=(signatures[usual[0]], *(problem.signatures[i] for i in mine)),
         )
@@ -133,19 +134,25 @@ def _large_elsewhere(
     return large
 
 
-def sizes_of_imperfections(problem: Problem, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of columns in usual sizes, fitted together beside the calibration, and their sd, (k,) each.
+def sizes_of_imperfections(beside: Problem) -> tuple[FloatArray, FloatArray]:
+    """Of those of a problem, fitted together beside its calibration, and their sd, (k,) each.
 
     ``(M + 1) s = g̃ · r``: each is known to one usual size, so that of two that look alike (a delay
     and a lag of some milliseconds) neither grows against the other. The sd is of the jackknife.
+
+    Parameters
+    ----------
+    beside
+        Without candidates; its `Problem.usual` in usual sizes, of which nothing is known yet.
     """
+    at = beside.usual_columns
+    count = at.stop - at.start
     # in noise beside them: what one far beyond its usual size leaves is none
-    beside = replace(problem.without_candidates, usual=columns, accepted=None)
-    grams, _ = whitened_grams(beside, columns[:, :0], counted=False)
+    grams, _ = whitened_grams(beside, beside.columns, counted=False)
     products = grams.inner.among(np.append(grams.calibration, grams.inner.last))
     # the columns asked for are the last of the calibration, the residual is after them
-    base, wanted = np.split(np.arange(products.shape[1]), [-columns.shape[1] - 1])
-    prior = np.eye(len(wanted) - 1)
+    base, wanted = np.split(np.arange(products.shape[1]), [-count - 1])
+    prior = np.eye(count)
 
     def fitted(total: FloatArray) -> FloatArray:
         known = coefficients(total, base, wanted)

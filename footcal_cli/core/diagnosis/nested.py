@@ -219,6 +219,7 @@ def _chosen_without(lib: Library, kept: BoolArray, rules: Rules, seed: int) -> I
             fewest_sessions=rules.fewest_sessions - 1.0,
         ),
         seed,
+        rest=False,
     )
     return np.array([lib.index(step.column) for step in found.steps], dtype=np.int64)
 

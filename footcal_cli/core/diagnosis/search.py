@@ -82,6 +82,8 @@ def search(
     seed: int = 0,
     start_loss: float | None = None,
     failed: frozenset[str] = frozenset(),
+    *,
+    rest: bool = True,
 ) -> Search:
     """Forward selection with rivals, then backward.
 
@@ -100,6 +102,9 @@ def search(
     failed
         Effects that are not tried again. They stay in the family that the others' p are of, and
         may be rivals.
+    rest
+        Whether more is asked for than columns: else the last step that rules allow has no rivals,
+        and `Search.last` is what was weighed before it.
     """
     grams = lib.grams
     base = grams.calibration
@@ -110,13 +115,16 @@ def search(
     evidence = first
     refused: list[Refusal] = []
     while len(steps) < rules.most_effects:
-        step, why = _next_step(lib, evidence, base, signs, rules, steps, start_loss, seed, failed)
+        more = rest or len(steps) + 1 < rules.most_effects
+        step, why = _next_step(
+            lib, evidence, base, signs, rules, steps, start_loss, seed, failed, more
+        )
         refused += why
         if step is None:
             break
         steps.append(step)
         base = np.unique(np.concatenate([base, _occupied(lib, step)]))
-        evidence = weigh(lib, base, signs, rules, seed)
+        evidence = weigh(lib, base, signs, rules, seed) if more else evidence
     kept = _backward(lib, steps, signs)
     if len(kept) < len(steps):
         dropped = [s for s in steps if s not in kept]
@@ -124,7 +132,7 @@ def search(
             Refusal(lib.problem.signatures[lib.index(s.column)], Why.SUPERSEDED) for s in dropped
         ]
         base = np.unique(np.concatenate([grams.calibration, *(_occupied(lib, s) for s in kept)]))
-        evidence = weigh(lib, base, signs, rules, seed)
+        evidence = weigh(lib, base, signs, rules, seed) if rest else evidence
     return Search(tuple(kept), first, evidence, base, tuple(refused))
 
 
@@ -155,6 +163,7 @@ def _next_step(
     start_loss: float,
     seed: int,
     failed: frozenset[str],
+    with_rivals: bool,
 ) -> tuple[Step | None, list[Refusal]]:
     """The best cause that meets every condition, or none."""
     grams, why = lib.grams, list[Refusal]()
@@ -221,10 +230,10 @@ def _next_step(
             # that a law of the noise alone makes it certain
             why.append(replace(tried, why=Why.SMALL))
             return None, why
-        rivals, places = _rivals(lib, evidence, base, int(c), signs, rules, seed)
+        of = lib, evidence, base, int(c), signs, rules, seed
         return Step(
             int(evidence.best[c]), float(evidence.p[c]), float(evidence.t[c]),
-            plain, loss, rivals, places,
+            plain, loss, *(_rivals(*of) if with_rivals else ((), ())),
         ), why  # fmt: skip
     return None, why
 

@@ -111,21 +111,29 @@ class Subject:
         that it was without, and signatures taken where the effect was still an error share the
         noise with the residual.
         """
+        rest = self._on(model, causes).without(*(c.signature.effect for c in causes))
+        return rest.asking(accepted=self._accepted(model, causes))
+
+    def _on(self, model: Refit, causes: Sequence[Cause]) -> Problem:
+        """The problem on a model; of its causes' own effects, imperfections alone are candidates.
+
+        These, and what they cover, say which of them are usual.
+        """
         if id(model) not in self._whole:
             case = self.case.extended(model.chain, model.values)
-            turn, effects = self.problem.calibration_turn, self.table.values()
+            usual = case.experiment.imperfections
+            named = {c.signature.effect for c in causes}
+            named -= {name for item in usual for name in (item.effect.name, *item.covers)}
+            effects = [effect for name, effect in self.table.items() if name not in named]
+            turn = self.problem.calibration_turn
             made = problem_from(case, self.problem, effects, self.describe, turn, model.ideal)
             self._whole.clear()
             self._whole[id(model)] = model, made
-        whole = self._whole[id(model)][1]
-        return replace(
-            whole.without(*(c.signature.effect for c in causes)),
-            accepted=self._accepted(model, causes),
-        )
+        return self._whole[id(model)][1]
 
     def beside_usual(self, model: Refit, causes: Sequence[Cause]) -> Refit:
         """The model beside imperfections that are of usual size only with its causes in it."""
-        whole, known = self.extended(model, causes), set(self.problem.usual_of)
+        whole, known = self._on(model, causes), set(self.problem.usual_of)
         if known.issuperset(whole.usual_of):
             return model
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]

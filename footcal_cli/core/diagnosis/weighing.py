@@ -110,13 +110,14 @@ def weigh(lib: Library, base: IntArray, signs: FloatArray, rules: Rules, seed: i
     count = len(lib.causes)
     best = np.zeros(count, dtype=np.int64)
     out_t, out_p, size, blocks = np.zeros(count), np.ones(count), np.zeros(count), np.zeros(count)
-    drop = found.size * found.score.sum(axis=0)
+    sizes = found.size
+    drop = sizes * found.score.sum(axis=0)
     for c, columns in enumerate(lib.columns):
         at = np.array([lib.index(int(x)) for x in columns])
         top = int(at[np.argmax(drop[at])])
         best[c] = int(grams.candidates[top])
         out_t[c], out_p[c] = t[at].max(), p[at].min()
-        size[c], blocks[c] = found.size[top], informative[top]
+        size[c], blocks[c] = sizes[top], informative[top]
     return Evidence(
         out_t, out_p, gains.white, gains.plain, best, size, gains.size, blocks, test.null_max
     )

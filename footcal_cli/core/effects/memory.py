@@ -25,6 +25,8 @@ PACE = 1.5
 HALF_AN_HOUR_S = 1800.0
 _STEADY = 1e-9
 """A drift that settles by less of itself in half an hour is steady."""
+_FEW = 16
+"""Rows per one that is still open, from which the open ones alone are joined."""
 _FORGOTTEN = 1e-30
 """A decay this small over a stretch leaves nothing to carry on."""
 
@@ -255,26 +257,37 @@ def play(drive: FloatArray, radius: FloatArray, start: FloatArray, fresh: BoolAr
     start
         ``z_{−1}``, shape (c,); rows in `fresh` start from 0 instead.
     """
-    low, high = drive - radius, drive + radius
     reset = fresh.copy()
     reset[0] = True
     before = np.where(fresh[:, None], 0.0, start)[reset]
-    low[reset] = high[reset] = np.clip(before, low[reset], high[reset])
-    out = np.empty_like(low)
-    for c in range(low.shape[1]):
-        out[:, c] = _joined(low[:, c].copy(), high[:, c].copy())
+    out = np.empty_like(drive)
+    for c, (x, r) in enumerate(zip(np.ascontiguousarray(drive.T), radius, strict=True)):
+        low, high = x - r, x + r
+        low[reset] = high[reset] = np.clip(before[:, c], low[reset], high[reset])
+        out[:, c] = _joined(low, high)
     return out
 
 
 def _joined(low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where the clamps of all rows up to each one lead, shape (n,); the first is to one value."""
+    """Where the clamps of all rows up to each one lead, shape (n,); the first is to one value.
+
+    Once most rows lead to one value whatever came before, the others go on alone.
+    """
     next_low, next_high = np.empty_like(low), np.empty_like(high)
-    reach = 1
-    while reach < len(low) and not np.array_equal(low, high):
+    reach, size = 1, len(low)
+    while reach < size and np.count_nonzero(low != high) * _FEW > size:
         for ends, ends_next in ((low, next_low), (high, next_high)):
             np.maximum(ends[:-reach], low[reach:], out=ends_next[reach:])
             np.minimum(ends_next[reach:], high[reach:], out=ends_next[reach:])
             ends_next[:reach] = ends[:reach]
         low, next_low, high, next_high = next_low, low, next_high, high
+        reach *= 2
+    rows = np.flatnonzero(low != high)
+    while (rows := rows[rows >= reach]).size:
+        before = rows - reach
+        bottom, top = low[rows], high[rows]
+        low[rows] = np.minimum(np.maximum(low[before], bottom), top)
+        high[rows] = np.minimum(np.maximum(high[before], bottom), top)
+        rows = rows[low[rows] != high[rows]]
         reach *= 2
     return low

@@ -74,9 +74,9 @@ def _of_loads(log: Log, balance: Balance, derivative: FloatArray) -> FloatArray:
     """Power that loads of feet add to each moment per power of each total force, (k, k)."""
     force, moment = (np.array([u == unit for u in balance.units]) for unit in ("N", "Nm"))
     total = force & (acting(derivative) > 1)
-    levers = _untwisted(log.channels, np.where(moment[None, :, None], derivative, 0.0))
-    squared, own = (np.mean(x**2, axis=0) for x in (levers, derivative))
-    of_force = np.where(total[:, None], own, 0.0)
+    squared, of_force = np.zeros((2, *derivative.shape[1:]))
+    squared[moment] = np.mean(_untwisted(log.channels, derivative[:, moment]) ** 2, axis=0)
+    of_force[total] = np.mean(derivative[:, total] ** 2, axis=0)
     main = of_force == of_force.max(axis=0, initial=1e-300)
     each = np.where(main, 1.0, 0.0) / np.maximum(np.sum(of_force * main, axis=1), 1e-300)[:, None]
     return np.asarray(squared @ each.T)

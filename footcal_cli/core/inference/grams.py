@@ -154,7 +154,7 @@ def whitened_grams(
     plain = rows if tracked and counted else block_products(raw, problem.block, problem.blocks)
     by_output: tuple[Products, ...] = ()
     if counted:
-        short = np.delete(raw, np.concatenate(numbers[2:]), axis=1)
+        short = raw.take([*numbers[0], *numbers[1], raw.shape[1] - 1], axis=1)
         of = [problem.output == o for o in range(len(problem.outputs))]
         by_output = tuple(block_products(short[m], problem.block[m], problem.blocks) for m in of)
     energy = _energies(raw, problem.output, len(problem.outputs))

@@ -158,7 +158,7 @@ def _noise_beside(
     settled = np.zeros(noise.shape, dtype=bool)
     alone = (acting(derivative) == 1) & ~balance.valid.all(axis=0)
     for k in np.flatnonzero(alone):
-        row, channel = (int(i[0]) for i in np.nonzero(derivative[:, k]))
+        row, channel = divmod(int(np.argmax(derivative[:, k] != 0.0)), derivative.shape[2])
         shown = truth.readings[:, channel]
         error = np.nan_to_num(balance.error[:, k]) / derivative[row, k, channel]
         for start, stop in stretches(balance.valid[:, k]):

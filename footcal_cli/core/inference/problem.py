@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -209,15 +210,26 @@ class Problem:
             usual_of_any_size=frozenset(),
         )  # fmt: skip
 
+    def asking(self, **changes: Any) -> Problem:
+        """The same rows with other candidates or accepted effects, and what is said of these.
+
+        The noise of series whose calibration is tracked depends on none of them: once known it
+        stays.
+        """
+        other = replace(self, **changes)
+        if self.tracking is not None and self.rate_hz > 0 and "law" in vars(self):
+            vars(other)["law"] = self.law
+        return other
+
     @property
     def without_candidates(self) -> Problem:
         """The same rows and calibration, no effect in question."""
-        return replace(self, columns=self.columns[:, :0], signatures=())
+        return self.asking(columns=self.columns[:, :0], signatures=())
 
     def holding(self, columns: FloatArray) -> Problem:
         """The same problem with further columns accepted, shape (m, a)."""
         before = [] if self.accepted is None else [self.accepted]
-        return replace(self, accepted=np.hstack([*before, columns]))
+        return self.asking(accepted=np.hstack([*before, columns]))
 
     def scaled(self, rows: FloatArray) -> Problem:
         """Residual and all that is fitted, row by row over a number, shape (m,)."""
@@ -285,8 +297,9 @@ class Problem:
         kept = [i for i, keep in enumerate(keeps) if keep]
         if len(kept) == len(self.signatures):
             return self
-        return replace(
-            self, columns=self.columns[:, kept], signatures=tuple(self.signatures[i] for i in kept)
+        return self.asking(
+            columns=self.columns.take(kept, axis=1),
+            signatures=tuple(self.signatures[i] for i in kept),
         )
 
     @property

@@ -318,10 +318,12 @@ def block_products(columns: FloatArray, block: IntArray, blocks: int) -> Product
 
 
 def rows_of_blocks(columns: FloatArray, block: IntArray, blocks: int) -> list[FloatArray]:
-    """The rows of each block, shape (m_b, n) each."""
-    order = np.argsort(block, kind="stable")
-    ends = np.searchsorted(block[order], np.arange(blocks + 1))
-    return [columns[order[start:end]] for start, end in itertools.pairwise(ends)]
+    """The rows of each block, shape (m_b, n) each; no copy where they stand together."""
+    if np.any(block[1:] < block[:-1]):
+        order = np.argsort(block, kind="stable")
+        columns, block = columns[order], block[order]
+    ends = np.searchsorted(block, np.arange(blocks + 1))
+    return [columns[start:end] for start, end in itertools.pairwise(ends)]
 
 
 def partial_out(products: Products, wandering: IntArray, variance: FloatArray) -> Products:

@@ -190,7 +190,8 @@ def held_out_gains(
     white, counted, size = (np.zeros((blocks, len(groups))) for _ in range(3))
     if not columns.size:
         return Gains(white, counted, size)
-    fitted, judged = _with_each(inner, base, columns), _with_each(plain, base, columns)
+    fitted = _with_each(inner, base, columns)
+    judged = fitted if plain is inner else _with_each(plain, base, columns)
     total = fitted.summed()
     overall = _one_extra(total)[0]
     # the last of a smaller group again, which changes nothing of which is the first largest
@@ -203,7 +204,9 @@ def held_out_gains(
         chosen = _best_of(drop, members)
         moved = gamma[:, chosen] * beta[chosen]
         white[b] = _gain(fitted, b, chosen, theta, moved, beta[chosen])
-        counted[b] = _gain(judged, b, chosen, theta, moved, beta[chosen])
+        counted[b] = (
+            white[b] if judged is fitted else _gain(judged, b, chosen, theta, moved, beta[chosen])
+        )
         size[b] = beta[best_overall]
     return Gains(white, counted, size)
 

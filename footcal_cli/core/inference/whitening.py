@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import solve_toeplitz
 
 from footcal_cli.core.inference.linear import orthogonal, orthonormal
@@ -30,8 +32,6 @@ _REWEIGHTED = 2
 """Times that the units of outputs are taken from what a fit in those before leaves."""
 _LEAST = 1e-3  # of the largest of them
 PIECE = 1024  # rows that are squared at once
-_WHITENED = 65536  # numbers that are whitened at once
-_LEAST_WHITENED = 128  # rows
 
 
 @dataclass(frozen=True)
@@ -64,23 +64,16 @@ class RowWhitener:
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Whitened columns at the kept rows, shape (kept, k)."""
-        kept = self.kept
-        lags = [int(i) + 1 for i in np.flatnonzero(np.any(self.coefficients, axis=0))]
-        white = np.empty((kept.size, columns.shape[1]))
-        # in pieces that stay in the processor's cache: the columns of a long log do not
-        piece = max(_WHITENED // max(columns.shape[1], 1), _LEAST_WHITENED)
-        for start in range(0, len(columns), piece):
-            end = min(start + piece, len(columns))
-            filtered = columns[start:end].copy()
-            for lag in lags:
-                # rows whose order is lower have a zero coefficient, whatever stands before them
-                late = min(max(start, lag), end)
-                a = self.coefficients[self.output[late:end], lag - 1]
-                filtered[late - start :] -= a[:, None] * columns[late - lag : end - lag]
-            first, last = np.searchsorted(kept, start), np.searchsorted(kept, end)
-            rows = kept[first:last]
-            white[first:last] = filtered[rows - start] / self.sd[self.output[rows]][:, None]
-        return white
+        return np.asarray(self._filter @ np.ascontiguousarray(columns))
+
+    @cached_property
+    def _filter(self) -> sparse.csr_array:
+        """What turns columns into whitened ones, shape (kept, m): each row's own filter."""
+        of = self.output[self.kept]
+        taps = np.column_stack([np.ones(len(self.sd)), -self.coefficients]) / self.sd[:, None]
+        number, lag = np.nonzero(taps[of])
+        entries = taps[of][number, lag], (number, self.kept[number] - lag)
+        return sparse.csr_array(entries, shape=(self.kept.size, self.output.size))
 
 
 @dataclass(frozen=True)
