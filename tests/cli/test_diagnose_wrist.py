@@ -25,6 +25,9 @@ HIDDEN = {
     "jump": ("offset_change", "offset_change_fy", 1.5),
     "gain": ("scale_matrix", "gain_fx", 0.02),
 }
+COUPLING = 0.026
+GAINS = np.array([0.004, -0.003, 0.004, -0.01, 0.003, -0.004])
+"""What the force along x adds to that along z; and ordinary gains, of which one axis stands out."""
 
 
 def write_wrist(
@@ -41,6 +44,9 @@ def write_wrist(
         wrench[:, 0] *= 1.02 if hidden == "gain" else 1.0
         wrench[:, 1] += 1.5 * (hidden == "jump" and k >= JUMP_AT)
         wrench[:, 2] += (hidden == "drift") * HIDDEN["drift"][2] * time_s
+        if hidden == "coupling":
+            wrench[:, 2] += COUPLING * wrench[:, 0]
+            wrench *= 1.0 + GAINS
         wrench += OFFSET + rng.normal(0.0, sd, (rows, 6)) * [1, 1, 1, 0.05, 0.05, 0.05]
         row = np.column_stack([time_s, np.tile(turn.as_quat(), (rows, 1)), wrench])
         frames.append(row)
@@ -74,6 +80,18 @@ def test_what_is_wrong_with_a_wrist_sensor_is_named(tmp_path: Path, run: Run, hi
     assert cause.sd is not None
     assert abs(cause.size - size) < 4.0 * cause.sd
     assert cause.sd < 0.05 * size
+
+
+def test_gains_too_small_to_matter_hide_no_coupling(tmp_path: Path, run: Run) -> None:
+    """The gain of a torque is surer than the coupling, and changes nothing that matters."""
+    write_wrist(tmp_path / "wrist.csv", "coupling", holds=44, rows=1, sd=0.05)
+    record = diagnosed(tmp_path, run)
+    assert record.verdict == "named", record.sentence
+    (cause,) = record.causes
+    assert (cause.effect, cause.parameter) == ("cross_coupling", "coupling_fz_fx")
+    assert cause.sd is not None
+    assert abs(cause.size - COUPLING) < 4.0 * cause.sd
+    assert cause.sd < 0.1 * COUPLING
 
 
 @pytest.mark.parametrize("hidden", ["gain", ""])

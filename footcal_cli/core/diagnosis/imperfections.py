@@ -71,7 +71,9 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
     effects = dict.fromkeys(name for own in names for name in (own, *covers[own]))
     reason = f"fitted as a usual imperfection of a {ideal.experiment.name}"
     whole = [e for e in effects if e in TABLE and e not in open_still]
-    return beside.asking(
+    # its noise is estimated anew, beside the candidate that explains most
+    return replace(
+        beside,
         columns=rest.columns,
         signatures=rest.signatures,
         usual_of=tuple(signatures[k] for k in kept),

@@ -23,7 +23,7 @@ from footcal_cli.core.diagnosis.sized import is_sized
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
-from footcal_cli.core.diagnosis.verdicts import NAMING, form_matters, judged
+from footcal_cli.core.diagnosis.verdicts import NAMING, form_matters, judged, usual_gains
 from footcal_cli.core.diagnosis.ways import (
     another_way,
     as_a_curve,
@@ -47,10 +47,8 @@ class Found:
 
     Parameters
     ----------
-    cause, effect
-        As the engine named it, its size after the refit; and its row of the table.
-    answer
-        The diagnosis that it was named in.
+    cause, effect, answer
+        As the engine named it, its size after the refit; its row; the diagnosis it was named in.
     owner
         Whose size that is: of several with one each, whose is surest not to be nothing.
     parameter_names, intervals
@@ -225,12 +223,15 @@ def _sized(problem: Problem, path: Path, found: Sequence[Found]) -> bool:
 
 
 def named(subject: Subject, stands: Standing) -> Investigation:
-    """An answer with names."""
-    path = stands.path
+    """An answer with names; gains that every transducer has are in its model only."""
+    path, found = stands.path, _found(subject, stands.path)
+    if usual := usual_gains(subject, path):
+        found = tuple(f for f, c in zip(found, path.causes, strict=True) if c not in usual)
+    certain = stands.verdict is Verdict.AMBIGUOUS and not any(f.cause.rivals for f in found)
     return Investigation(
-        verdict=stands.verdict,
+        verdict=Verdict.NAMED if usual and certain else stands.verdict,
         rounds=path.rounds,
-        found=_found(subject, path),
+        found=found,
         nearest=(),
         model=path.model,
         gains=stands.gains,

@@ -34,13 +34,13 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import is_nothing
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
-from footcal_cli.core.effects.contract import is_six_axis
+from footcal_cli.core.effects.contract import Trait, is_six_axis
 from footcal_cli.core.inference.case import channels_of
 from footcal_cli.core.inference.evidence import sign_patterns
 from footcal_cli.core.inference.linear import left_by
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.refit import Refit
-from footcal_cli.core.parameters import IntArray
+from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import means_of
 
 CLEAR = (Verdict.NAMED, Verdict.AMBIGUOUS)
@@ -121,16 +121,41 @@ def form_matters(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
     )
 
 
+def usual_gains(subject: Subject, path: Path) -> list[Cause]:
+    """Gains of axes beside a larger cause that change no output by what matters.
+
+    Every transducer has them, within a per cent, and nobody hides them: they stay in the model and
+    are no answer.
+    """
+    found = zip(path.causes, _changes(subject, path), strict=path.model is not None)
+    small = [cause for cause, change in found if _is_trifle(change, path.current)]
+    usual = [
+        cause for cause in small if Trait.AXIS_GAIN in subject.table[cause.signature.effect].traits
+    ]
+    return usual if len(usual) == len(small) < len(path.causes) else []
+
+
 def _trifles(subject: Subject, path: Path) -> bool:
     """Whether one of several causes changes no output by what matters, at its refitted size.
 
     Or all of them together nearly none: a delay and a lag of the opposite sign leave what either
     of them gets wrong, and neither is there.
     """
-    model, problem = path.model, path.current
-    if model is None:
+    changes = _changes(subject, path)
+    if not changes or usual_gains(subject, path):
         return False
-    changes = []
+    if any(_is_trifle(change, path.current) for change in changes):
+        return True
+    each = [float(np.linalg.norm(change)) for change in changes]
+    return float(np.linalg.norm(np.sum(changes, axis=0))) < _CANCELS * min(each)
+
+
+def _changes(subject: Subject, path: Path) -> list[FloatArray]:
+    """What each cause changes in each row at its refitted size, in units of the noise, (m,)."""
+    model, problem = path.model, path.current
+    changes = list[FloatArray]()
+    if model is None:
+        return changes
     for cause in path.causes:
         sizes = {p.name: p.neutral for p in subject.table[cause.signature.effect].sizes}
         change = np.zeros(problem.residual.size)
@@ -139,11 +164,13 @@ def _trifles(subject: Subject, path: Path) -> bool:
             if parameter in sizes and owner in dict(cause.signature.owners):
                 change += column * (model.values[name] - sizes[parameter])
         changes.append(change)
-        squares, outputs = (change * problem.noise) ** 2, len(problem.outputs)
-        if np.all(means_of(squares, problem.output, outputs, np.inf) < problem.tolerance**2):
-            return True
-    each = [float(np.linalg.norm(change)) for change in changes]
-    return float(np.linalg.norm(np.sum(changes, axis=0))) < _CANCELS * min(each)
+    return changes
+
+
+def _is_trifle(change: FloatArray, problem: Problem) -> bool:
+    """Whether no output changes by what matters (RMS)."""
+    squares = means_of((change * problem.noise) ** 2, problem.output, len(problem.outputs), np.inf)
+    return bool(np.all(squares < problem.tolerance**2))
 
 
 def _outdone(subject: Subject, path: Path, rules: Rules) -> bool:

@@ -199,7 +199,7 @@ ACCEL_BIAS = Effect(
     stage=Stage.BODY,
     scope=Scope.ROBOT,
     parameters=tuple(
-        EffectParameter(f"accel_bias_{axis}", "m/s²", 0.0, -3.0, 3.0, 0.1) for axis in "xyz"
+        EffectParameter(f"accel_bias_{axis}", "m/s²", 0.0, -1.0, 1.0, 0.1) for axis in "xyz"
     ),
     apply=on_known("com_acc_mps2", plus(_accel_bias)),
     remove=on_known("com_acc_mps2", plus(_accel_bias, -1.0)),

@@ -213,8 +213,8 @@ class Problem:
     def asking(self, **changes: Any) -> Problem:
         """The same rows with other candidates or accepted effects, and what is said of these.
 
-        The noise of series whose calibration is tracked depends on none of them: once known it
-        stays.
+        The noise of series whose calibration is tracked, once known, stays: beside whichever
+        candidate it was estimated.
         """
         other = replace(self, **changes)
         if self.tracking is not None and self.rate_hz > 0 and "law" in vars(self):

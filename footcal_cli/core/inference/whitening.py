@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -31,6 +31,8 @@ _RANK = 1e-8
 _REWEIGHTED = 2
 """Times that the units of outputs are taken from what a fit in those before leaves."""
 _LEAST = 1e-3  # of the largest of them
+_MUCH, _LIKELY = 0.3, 32
+"""Share of the squared error of an output that shapes its filter; so many candidates are asked."""
 PIECE = 1024  # rows that are squared at once
 
 
@@ -103,11 +105,17 @@ class Noise:
 def law_of_noise(problem: Problem, within: Within | None = None) -> Noise:
     """Estimate the noise from the residual; `Problem.law` keeps it.
 
+    Of series beside the candidate that explains most of the residual, where that is much of one
+    output: a filter fitted to a cause makes that cause small in every test that follows.
+
     Parameters
     ----------
     within
         Of the problem, where it was made before: it does not depend on the residual.
     """
+    within = within if within or _has_few_rows(problem) else within_blocks(problem)
+    if within is not None and problem.rate_hz > 0:
+        problem = replace(problem, residual=_beside_the_largest(problem, within))
     whitener = fit_row_whitener(problem, within)
     if problem.tracking is None:
         return Noise(whitener, settled=settled(problem, whitener, whitener.kept))
@@ -135,6 +143,39 @@ def longest_memory(problem: Problem) -> float:
     outputs = [np.flatnonzero(problem.output == o) for o in range(len(problem.outputs))]
     times = [autocorrelation_time(inside[o], problem.sequence[o]) for o in outputs if o.size]
     return max(times, default=1.0)
+
+
+def _beside_the_largest(problem: Problem, within: Within) -> FloatArray:
+    """The residual without the one candidate that explains most of it, shape (m,).
+
+    ``s_k = (x_k · r)² / |x_k|²``, in units of what the calibration leaves of each output on
+    average. The residual itself where no candidate of a possible size takes `_MUCH` of the squared
+    error of an output.
+    """
+    r = within(problem.residual)
+    outputs = len(problem.outputs)
+    square = means_of(r**2, problem.output, outputs)
+    rms = np.sqrt(square)
+    unit = np.maximum(rms, _LEAST * rms.max(initial=0.0) + 1e-300)[problem.output, None]
+    # r is what the calibration leaves, so that only few candidates need be freed of it
+    along = np.abs(problem.columns.T @ (r / unit[:, 0] ** 2))
+    size = np.linalg.norm(problem.columns / unit, axis=0)
+    likely = np.argsort(-along / np.maximum(size, 1e-300))[:_LIKELY]
+    left = within(problem.columns[:, likely])
+    own = np.sum((left / unit) ** 2, axis=0)
+    found = (left / unit).T @ (r / unit[:, 0])
+    taken = found / np.maximum(own, 1e-300)
+    possible = np.array([
+        problem.signatures[k].lower <= b <= problem.signatures[k].upper
+        for k, b in zip(likely, taken, strict=True)
+    ], dtype=bool) & (own > _LEAST * size[likely] ** 2)  # fmt: skip
+    if not possible.any():
+        return problem.residual
+    best = int(np.argmax(np.where(possible, found * taken, 0.0)))
+    rest = means_of((r - taken[best] * left[:, best]) ** 2, problem.output, outputs)
+    if not np.any(rest < (1.0 - _MUCH) * square):
+        return problem.residual
+    return np.asarray(problem.residual - taken[best] * problem.columns[:, likely[best]])
 
 
 def fit_row_whitener(problem: Problem, within: Within | None = None) -> RowWhitener:
@@ -247,14 +288,15 @@ class Within:
     unit: FloatArray
 
     def __call__(self, residual: FloatArray) -> FloatArray:
-        """What is left of a residual, shape (m,)."""
-        left = residual / self.unit
+        """What is left of a residual, or of columns, shape (m,) or (m, k)."""
+        unit = self.unit.reshape(-1, *(1,) * (residual.ndim - 1))
+        left = residual / unit
         if self.lasting is not None:
             left -= self.lasting @ (self.lasting.T @ left)
         for rows, basis in self.own:
             mine = left[rows]
             left[rows] = mine - basis @ (basis.T @ mine)
-        return left * self.unit
+        return np.asarray(left * unit)
 
 
 def within_blocks(problem: Problem) -> Within:
