@@ -17,7 +17,7 @@ from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.inference.lines import Series, Traces
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.tracking import Tracking
-from footcal_cli.core.inference.whitening import Noise, law_of_noise
+from footcal_cli.core.inference.whitening import Noise, Within, law_of_noise, within_blocks
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import starts_of
 
@@ -199,6 +199,11 @@ class Problem:
         """What its noise is like, from the residual."""
         return law_of_noise(self)
 
+    @cached_property
+    def within(self) -> Within:
+        """What is fitted to its residual before noise is looked at, no effect among it."""
+        return within_blocks(self)
+
     @property
     def bare(self) -> Problem:
         """The same rows and what they are like, nothing that explains them."""
@@ -213,12 +218,12 @@ class Problem:
     def asking(self, **changes: Any) -> Problem:
         """The same rows with other candidates or accepted effects, and what is said of these.
 
-        The noise of series whose calibration is tracked depends on none of them: once known it
-        stays.
+        What is `within` depends on none of them, nor the noise of series whose calibration is
+        tracked: once known they stay.
         """
         other = replace(self, **changes)
-        if self.tracking is not None and self.rate_hz > 0 and "law" in vars(self):
-            vars(other)["law"] = self.law
+        of_law = ["law"] if self.tracking is not None and self.rate_hz > 0 else []
+        vars(other).update({k: vars(self)[k] for k in ("within", *of_law) if k in vars(self)})
         return other
 
     @property

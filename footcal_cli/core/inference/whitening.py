@@ -145,7 +145,7 @@ def fit_row_whitener(problem: Problem, within: Within | None = None) -> RowWhite
     outputs = len(problem.outputs)
     if _has_few_rows(problem):
         return _whitener_of_single_rows(problem, outputs)
-    inside = (within or within_blocks(problem))(problem.residual)
+    inside = (within or problem.within)(problem.residual)
     age = _age(problem.sequence)
     lengths = _lengths(problem.sequence)
     coefficients = np.zeros((outputs, AR_ORDER))
@@ -293,7 +293,7 @@ def _within(problem: Problem, unit: FloatArray) -> Within:
 
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
     """Residual after a calibration and output offsets of each block's own, shape (m,)."""
-    return within_blocks(problem)(problem.residual if residual is None else residual)
+    return problem.within(problem.residual if residual is None else residual)
 
 
 def _age(sequence: IntArray) -> IntArray:
