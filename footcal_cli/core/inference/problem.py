@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -291,15 +291,7 @@ class Problem:
 
     def without(self, *effects: str) -> Problem:
         """The same problem with some effects taken out of the library."""
-        return self._keeping([s.effect not in effects for s in self.signatures])
-
-    def without_sizes(self, sizes: Collection[tuple[str, str]]) -> Problem:
-        """The same problem without some sizes in the library, each an effect and a parameter."""
-        return self._keeping([(s.effect, s.parameter) not in sizes for s in self.signatures])
-
-    def _keeping(self, keeps: Sequence[bool]) -> Problem:
-        """The same problem with those of its candidates that are kept."""
-        kept = [i for i, keep in enumerate(keeps) if keep]
+        kept = [i for i, s in enumerate(self.signatures) if s.effect not in effects]
         if len(kept) == len(self.signatures):
             return self
         return self.asking(
