@@ -28,6 +28,7 @@ from footcal_cli.core.experiments import stand
 from footcal_cli.core.inference import grams
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.signatures import LibraryColumns
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import Parameter, ParameterSet
 from tests.core.test_diagnosis_bridge import Hidden, walk_case
@@ -43,19 +44,19 @@ def gait(late_s: float) -> np.ndarray:
     return sum(np.sin(2 * np.pi * 2.0 * k * time + k) / k for k in (1, 2, 3))  # type: ignore[return-value]
 
 
-def late_by(seconds: float) -> tuple[Problem, np.ndarray, list[Signature]]:
+def late_by(seconds: float) -> tuple[Problem, LibraryColumns, np.ndarray, list[Signature]]:
     """A residual of a stream that is so late, with columns of a usual delay and of far ones."""
     rng = np.random.default_rng(3)
     block = np.repeat(np.arange(BLOCKS), ROWS)
     usual = gait(USUAL_S) - gait(0.0)
     signature = Signature("delay", "delay", "robot", "s", (), -0.5, 0.5)
     near = Signature("delay", "delay", "robot", "s", (), -USUAL_S, USUAL_S)
-    columns = np.stack([(gait(by) - gait(0.0)) / by for by in FAR_S], axis=1)
+    columns = tuple((gait(by) - gait(0.0)) / by for by in FAR_S)
     problem = Problem(
         residual=gait(seconds) - gait(0.0) + 0.2 * rng.standard_normal(block.size),
         calibration=np.ones((block.size, 1)),
-        columns=columns,
-        signatures=(signature,) * len(FAR_S),
+        columns=np.empty((block.size, 0)),
+        signatures=(),
         block=block,
         output=np.zeros(block.size, dtype=np.int64),
         sequence=block,
@@ -65,7 +66,8 @@ def late_by(seconds: float) -> tuple[Problem, np.ndarray, list[Signature]]:
         tolerance=np.array([0.1]),
         rate_hz=RATE_HZ,
     )
-    return problem, usual[:, None], [near]
+    library = LibraryColumns((signature,) * len(FAR_S), columns, ())
+    return problem, library, usual[:, None], [near]
 
 
 @pytest.mark.parametrize(

@@ -59,8 +59,6 @@ def problem_from(
         rows.bare,
         residual=residual(case, rows, case.values),
         calibration=calibration,
-        columns=library.columns,
-        signatures=library.signatures,
         regressors=regressors,
         covariates=covariates,
         excluded=library.excluded,
@@ -71,7 +69,7 @@ def problem_from(
         settings=_settings(ideal, rows) if case.setting_key else None,
         traces=_traces(case, rows) if rows.rate_hz > 0 or case.setting_key or case.pieces else None,
     )
-    return with_imperfections(problem, ideal)
+    return with_imperfections(problem, library, ideal)
 
 
 def calibration_at(

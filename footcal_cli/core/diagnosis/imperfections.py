@@ -20,7 +20,7 @@ from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.places import places
 from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.scores import coefficients, held_out_gains
-from footcal_cli.core.inference.signatures import derivative
+from footcal_cli.core.inference.signatures import LibraryColumns, derivative
 from footcal_cli.core.parameters import FloatArray
 
 LIMIT = 4.0
@@ -29,27 +29,27 @@ _NOTHING = 1e-6
 _SURE = 2.0
 
 
-def with_imperfections(problem: Problem, ideal: Case) -> Problem:
-    """The problem with what every log of its experiment has among what is fitted.
+def with_imperfections(problem: Problem, library: LibraryColumns, ideal: Case) -> Problem:
+    """The problem with what every log of its experiment has among what is fitted, and candidates.
 
     An imperfection that is larger than `LIMIT` usual sizes, or than what matters to a user who said
     so, is none: of the table, it stays a candidate.
 
     Parameters
     ----------
-    problem
-        The arrays of a model.
+    problem, library
+        The arrays of a model without candidates, and these.
     ideal
         Its recordings without noise.
     """
     columns, signatures = _columns(ideal, problem)
     if not signatures:
-        return problem
+        return library.asked_of(problem)
     # rounds, since what one large imperfection pushes another to is no size of that one
-    large = _large_elsewhere(problem, columns, signatures)
+    large = _large_elsewhere(problem, library, columns, signatures)
     kept = [k for k, signature in enumerate(signatures) if signature.effect not in large]
     limits = _limits(problem, ideal, columns, signatures)
-    beside = replace(problem.without_candidates, usual=columns[:, kept])
+    beside = replace(problem, usual=columns[:, kept])
     while kept:
         size, sd = sizes_of_imperfections(beside)
         # twice as large is none either, though its evidence be a single block
@@ -66,16 +66,13 @@ def with_imperfections(problem: Problem, ideal: Case) -> Problem:
     fitted = {(signatures[k].effect, signatures[k].parameter) for k in kept}
     fitted |= {(e, p.name) for own in names for e in covers[own] for p in TABLE[e].sizes}
     # every log has a CoM that is off along the floor; one at the wrong height is a cause
-    rest = problem.without_sizes(fitted)
+    rest = library.asked_of(beside, without=fitted)
     open_still = {s.effect for s in rest.signatures}
     effects = dict.fromkeys(name for own in names for name in (own, *covers[own]))
     reason = f"fitted as a usual imperfection of a {ideal.experiment.name}"
     whole = [e for e in effects if e in TABLE and e not in open_still]
-    # its noise is estimated anew, beside the candidate that explains most
-    return replace(
-        beside,
-        columns=rest.columns,
-        signatures=rest.signatures,
+    return rest.asking(
+        noise_anew=True,
         usual_of=tuple(signatures[k] for k in kept),
         usual_of_any_size=frozenset(
             item.effect.name for item in ideal.experiment.imperfections if not item.bounded
@@ -107,7 +104,10 @@ def _as_vectors(
 
 
 def _large_elsewhere(
-    problem: Problem, columns: FloatArray, signatures: Sequence[Signature]
+    problem: Problem,
+    library: LibraryColumns,
+    columns: FloatArray,
+    signatures: Sequence[Signature],
 ) -> set[str]:
     """Imperfections that predict left-out blocks better at a size far beyond the usual ones.
 
@@ -116,14 +116,14 @@ def _large_elsewhere(
     """
     large, tried = set(), problem
     for name in {s.effect for s in signatures}:
-        mine = [i for i, s in enumerate(problem.signatures) if s.effect == name]
+        mine = [i for i, s in enumerate(library.signatures) if s.effect == name]
         usual = [k for k, s in enumerate(signatures) if s.effect == name]
         if len(mine) <= 1 or len(usual) != 1:
             continue
         beside = [k for k in range(len(signatures)) if k not in usual]
         tried = tried.asking(
-            columns=np.hstack([columns[:, usual], problem.columns[:, mine]]),
-            signatures=(signatures[usual[0]], *(problem.signatures[i] for i in mine)),
+            columns=np.column_stack([columns[:, usual], *(library.columns[i] for i in mine)]),
+            signatures=(signatures[usual[0]], *(library.signatures[i] for i in mine)),
         )
         grams, _ = whitened_grams(tried, columns[:, beside], counted=False)
         base = np.concatenate([grams.calibration, grams.features])

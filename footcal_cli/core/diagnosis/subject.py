@@ -88,7 +88,7 @@ class Subject:
     def _refitted(self, causes: Sequence[Cause], start: Mapping[str, float]) -> Refit:
         accepted = [(self.table[c.signature.effect], c.signature) for c in causes]
         problem = self.problem.without_usual({effect.name for effect, _ in accepted})
-        problem = replace(problem, accepted=self._beside_zeros(causes))
+        problem = problem.asking(accepted=self._beside_zeros(causes))
         model = refit(self.case, problem, accepted, start)
         if problem.calibration_turn is None or problem.known is not None or problem.drifts:
             return model

@@ -19,9 +19,8 @@ def unit_columns(columns: FloatArray) -> FloatArray:
 
 
 def _of_norm_one(columns: FloatArray) -> FloatArray:
-    norm = np.sqrt(np.einsum("ij,ij->j", columns, columns))
-    seen = norm > 0
-    return np.asarray((columns if seen.all() else columns[:, seen]) / norm[seen])
+    norm = np.sqrt(np.sum(columns**2, axis=0))
+    return np.asarray(columns[:, norm > 0] / norm[norm > 0])
 
 
 def orthonormal(columns: FloatArray, rcond: float) -> FloatArray:

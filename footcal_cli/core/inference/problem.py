@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -17,7 +17,7 @@ from footcal_cli.core.inference.linear import least_squares, scaled_inverse
 from footcal_cli.core.inference.lines import Series, Traces
 from footcal_cli.core.inference.settings import Settings
 from footcal_cli.core.inference.tracking import Tracking
-from footcal_cli.core.inference.whitening import Noise, law_of_noise
+from footcal_cli.core.inference.whitening import Noise, Within, law_of_noise, within_blocks
 from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.core.signals import starts_of
 
@@ -199,6 +199,11 @@ class Problem:
         """What its noise is like, from the residual."""
         return law_of_noise(self)
 
+    @cached_property
+    def within(self) -> Within:
+        """What is fitted to its residual before noise is looked at, no effect among it."""
+        return within_blocks(self)
+
     @property
     def bare(self) -> Problem:
         """The same rows and what they are like, nothing that explains them."""
@@ -210,15 +215,17 @@ class Problem:
             usual_of_any_size=frozenset(),
         )  # fmt: skip
 
-    def asking(self, **changes: Any) -> Problem:
+    def asking(self, *, noise_anew: bool = False, **changes: Any) -> Problem:
         """The same rows with other candidates or accepted effects, and what is said of these.
 
-        The noise of series whose calibration is tracked, once known, stays: beside whichever
-        candidate it was estimated.
+        What is `within` depends on none of them; once known it stays, and so does the noise of
+        series whose calibration is tracked, beside whichever candidate it was estimated; with
+        `noise_anew` it is estimated beside the one that now explains most.
         """
         other = replace(self, **changes)
-        if self.tracking is not None and self.rate_hz > 0 and "law" in vars(self):
-            vars(other)["law"] = self.law
+        stays = self.tracking is not None and self.rate_hz > 0 and not noise_anew
+        of_law = ["law"] if stays else []
+        vars(other).update({k: vars(self)[k] for k in ("within", *of_law) if k in vars(self)})
         return other
 
     @property
@@ -286,15 +293,7 @@ class Problem:
 
     def without(self, *effects: str) -> Problem:
         """The same problem with some effects taken out of the library."""
-        return self._keeping([s.effect not in effects for s in self.signatures])
-
-    def without_sizes(self, sizes: Collection[tuple[str, str]]) -> Problem:
-        """The same problem without some sizes in the library, each an effect and a parameter."""
-        return self._keeping([(s.effect, s.parameter) not in sizes for s in self.signatures])
-
-    def _keeping(self, keeps: Sequence[bool]) -> Problem:
-        """The same problem with those of its candidates that are kept."""
-        kept = [i for i, keep in enumerate(keeps) if keep]
+        kept = [i for i, s in enumerate(self.signatures) if s.effect not in effects]
         if len(kept) == len(self.signatures):
             return self
         return self.asking(

@@ -19,7 +19,7 @@ from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.scatter import Scatter, scatter_of
 from footcal_cli.core.inference.scores import joint_sizes, sizes_together
 from footcal_cli.core.inference.signatures import extended_chain
-from footcal_cli.core.inference.whitening import Noise, Within, law_of_noise, within_blocks
+from footcal_cli.core.inference.whitening import Noise, Within, law_of_noise
 from footcal_cli.core.parameters import FloatArray, IntArray
 
 MOST_ITERATIONS = 10
@@ -120,7 +120,7 @@ def refit(
     ideal = balanced(case, values, chain, judged=True, seen=memory)
     columns = _columns(ideal, problem, chain, values, freed)
     kept = seen(freed, problem, columns, values)
-    fit = _Fit(case, problem, within_blocks(problem), chain, tuple(kept), memory)
+    fit = _Fit(case, problem, problem.within, chain, tuple(kept), memory)
     columns = columns[:, [f in kept for f in freed]]
     at = fit.awake(fit.linearised(values, left, ideal, columns))
     way, share = _step(at, fit.freed), 1.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,12 +43,18 @@ class LibraryColumns:
     Parameters
     ----------
     columns
-        What size one adds to the residual, shape (m, k).
+        What size one of each adds to the residual, shape (m,).
     """
 
     signatures: tuple[Signature, ...]
-    columns: FloatArray
+    columns: tuple[FloatArray, ...]
     excluded: tuple[Excluded, ...]
+
+    def asked_of(self, problem: Problem, without: Collection[tuple[str, str]] = ()) -> Problem:
+        """A problem with these as candidates, without some sizes: an effect and a parameter."""
+        kept = [i for i, s in enumerate(self.signatures) if (s.effect, s.parameter) not in without]
+        columns = _side_by_side([self.columns[i] for i in kept], problem.residual.size)
+        return problem.asking(columns=columns, signatures=tuple(self.signatures[i] for i in kept))
 
 
 def calibration_columns(
@@ -204,9 +210,7 @@ def library_columns(
         found, made = effect_columns(raw if effect.name in SWITCHES else responses, effect)
         signatures += found
         columns += made
-    return LibraryColumns(
-        tuple(signatures), _side_by_side(columns, rows.residual.size), tuple(excluded)
-    )
+    return LibraryColumns(tuple(signatures), tuple(columns), tuple(excluded))
 
 
 def _side_by_side(columns: Sequence[FloatArray], rows: int) -> FloatArray:

@@ -113,8 +113,8 @@ def law_of_noise(problem: Problem, within: Within | None = None) -> Noise:
     within
         Of the problem, where it was made before: it does not depend on the residual.
     """
-    within = within if within or _has_few_rows(problem) else within_blocks(problem)
-    if within is not None and problem.rate_hz > 0:
+    if problem.rate_hz > 0:
+        within = within or problem.within
         problem = replace(problem, residual=_beside_the_largest(problem, within))
     whitener = fit_row_whitener(problem, within)
     if problem.tracking is None:
@@ -186,7 +186,7 @@ def fit_row_whitener(problem: Problem, within: Within | None = None) -> RowWhite
     outputs = len(problem.outputs)
     if _has_few_rows(problem):
         return _whitener_of_single_rows(problem, outputs)
-    inside = (within or within_blocks(problem))(problem.residual)
+    inside = (within or problem.within)(problem.residual)
     age = _age(problem.sequence)
     lengths = _lengths(problem.sequence)
     coefficients = np.zeros((outputs, AR_ORDER))
@@ -335,7 +335,7 @@ def _within(problem: Problem, unit: FloatArray) -> Within:
 
 def residual_within_blocks(problem: Problem, residual: FloatArray | None = None) -> FloatArray:
     """Residual after a calibration and output offsets of each block's own, shape (m,)."""
-    return within_blocks(problem)(problem.residual if residual is None else residual)
+    return problem.within(problem.residual if residual is None else residual)
 
 
 def _age(sequence: IntArray) -> IntArray:
