@@ -295,7 +295,7 @@ def block_calibrations(
     information
         Of each block on each candidate's size beside its calibration, in one unit, shape (B, k).
     """
-    inner, rows, z = grams.inner, grams.rows, grams.wandering
+    inner, z = grams.inner, grams.wandering
     square = inner.part(base, base).sum(axis=0)
     cross = inner.part(base, np.append(columns, inner.last)).sum(axis=0)
     gamma = scaled_inverse(square, 1e-10) @ cross
@@ -303,8 +303,8 @@ def block_calibrations(
     score = inner.with_residual(z) - on_base @ gamma[:, -1]
     spread = np.sqrt(np.mean(score**2, axis=0))
     spread = np.where(spread > 0, spread, 1.0)
-    moved = rows.part(z, columns) - rows.part(z, base) @ gamma[:, :-1]
-    own = rows.part(z, z)
+    moved = inner.part(z, columns) - inner.part(z, base) @ gamma[:, :-1]
+    own = inner.part(z, z)
     ridge = _COEFFICIENT_RIDGE * np.eye(z.size)
     kind = kinds_of(own)
     moves = _centred(np.linalg.solve(own + ridge, moved), kind)

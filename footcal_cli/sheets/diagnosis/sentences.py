@@ -11,6 +11,7 @@ from footcal_cli.core.diagnosis.answer import EffectStatus
 from footcal_cli.core.diagnosis.detection import Detection
 from footcal_cli.core.diagnosis.investigation import Investigation
 from footcal_cli.core.diagnosis.refusal import Why
+from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.plots.words import output_words, words
 from footcal_cli.report import number, plural
 from footcal_cli.sheets.diagnosis.refused import refused_lines
@@ -117,16 +118,17 @@ def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[
     other = next_best(found)
     lines = [] if other is None else [other]
     lines += _detail_lines(found)
-    lines.append(small or _nothing_more(last))
+    lines.append(small or _nothing_more(last, found.rounds[-1].rules))
     return sentence, [*lines, *cannot_lines(found, untested)]
 
 
-def _nothing_more(last: Detection) -> str:
+def _nothing_more(last: Detection, rules: Rules) -> str:
     """How surely the residual with the names in the model is noise."""
     percent = 100 * last.ceiling
     share = "less than 0.1" if percent < 0.05 else f"{percent:.1f}"
+    like = "looks like noise" if last.p >= rules.alpha_unknown else "is more than noise, but small"
     return (
-        f"With this in the model the residual looks like noise (p = {number(last.p, 2)}); any "
+        f"With this in the model the residual {like} (p = {number(last.p, 2)}); any "
         f"function of the recorded signals would explain {share} % more."
     )
 
