@@ -31,6 +31,7 @@ from footcal_cli.core.diagnosis.ways import (
     matters_of,
     nameless_beside,
     second_cause,
+    shows_in_moments,
     two_of_a_set,
     without_first,
 )
@@ -307,7 +308,7 @@ def _answers_of(
         return matters_of(subject, path, beside=beside)
 
     small = path.causes and not large and subject.case.finding_nm > 0.0
-    if small and not matters(beside=False):
+    if small and not matters(beside=False) and shows_in_moments(subject, path, rules):
         # of a log without L̇ whose moments are off by no more than that, no lever has a sure name
         yield path, Verdict.NONE, share
         return

@@ -11,7 +11,7 @@ from dataclasses import replace
 from footcal_cli.core.diagnosis.answer import Cause, Verdict
 from footcal_cli.core.diagnosis.beyond import are_distinct
 from footcal_cli.core.diagnosis.engine import left_apart, leftover
-from footcal_cli.core.diagnosis.gain import losses, without_rivals
+from footcal_cli.core.diagnosis.gain import gains_of, losses, without_rivals
 from footcal_cli.core.diagnosis.material import Nameless, line_over_smallest, nameless_of
 from footcal_cli.core.diagnosis.mixtures import LINEAR
 from footcal_cli.core.diagnosis.pairs import in_same_cells, likely_pairs
@@ -29,6 +29,13 @@ def matters_of(subject: Subject, path: Path, *, beside: bool) -> bool:
     last = at_its_size(subject, path).rounds[-1]
     found = nameless_beside(subject, path, beside=beside)
     return left_apart(last.before, last.rules) or any(item.matters for item in found)
+
+
+def shows_in_moments(subject: Subject, path: Path, rules: Rules) -> bool:
+    """Whether no force is surely predicted better with what the names explain."""
+    gains = gains_of(subject.problem, path.current, path.current.law)
+    forces = (gain.change for gain in gains if gain.unit == "N")
+    return not any(c.low > 0.0 and c.value > rules.later_share for c in forces)
 
 
 def at_its_size(subject: Subject, path: Path) -> Path:
