@@ -23,24 +23,19 @@ from footcal_cli.core.spatial import headings
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
 from footcal_cli.sniff.foot_angles import angle_unit, angles_beside
 from footcal_cli.sniff.groups import wrenches
-from footcal_cli.sniff.guesses import FileGuess, seconds_of
-from footcal_cli.sniff.names import (
-    COMMANDED,
-    common_start,
-    words_of,
-)
+from footcal_cli.sniff.guesses import FileGuess, looked_at_joined, seconds_of
+from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.triples import (
     Axes,
     angles,
     axes_of,
-    by_pieces,
+    frames_of,
     matrices,
     quaternions,
     rotations,
 )
 from footcal_cli.sniff.units import LENGTHS, metres_per
 from footcal_cli.sniff.unnamed import unnamed
-from footcal_cli.tables.sources import stem_of
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 _UP: tuple[WorldUp, ...] = ("+z", "+y", "-z")
@@ -113,20 +108,15 @@ def body_of(file: FileGuess) -> BodyLog | None:
 
     Of several files each column is called after its own.
     """
-    if not file.joined:
-        return _body_of(file)
-    before = f"{stem_of(file.path)}."
-    theirs = tuple(f"{n}." for other in file.joined for n in (stem_of(other.path), other.path.name))
-    plain = {c.column if c.column.startswith(theirs) else before + c.column: c.column
-             for c in file.columns}  # fmt: skip
-    names = {own: name for name, own in plain.items()}
-    body = _body_of(replace(file, columns=tuple(
-        replace(c, column=names[c.column]) for c in file.columns
-    )))  # fmt: skip
-    if body is None:
-        return None
-    columns = tuple(replace(c, column=plain[c.column]) for c in body.file.columns)
-    return replace(body, file=replace(body.file, columns=columns))
+    bodies: list[BodyLog] = []
+
+    def look(called: FileGuess) -> FileGuess | None:
+        body = _body_of(called)
+        bodies.extend([body] if body else [])
+        return body and body.file
+
+    found = looked_at_joined(file, look)
+    return replace(bodies[0], file=found) if found else None
 
 
 def _body_of(file: FileGuess) -> BodyLog | None:
@@ -165,7 +155,7 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     roles = {"com": com, **_derivatives(in_metres, others)}
     placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
     turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
-    frames, by_order = _frames(feet, turned), ""
+    frames, by_order = frames_of([f.axes for f in feet], turned), ""
     if not frames:
         vectored = {c.column for axes in vectors for c in axes.columns.values()}
         spare_columns = [c for c in named if c.column not in vectored]
@@ -365,20 +355,3 @@ def _momentum_rate(com: _Moving, others: Sequence[_Moving], above: Sequence[str]
     if called:
         return called[0]
     return left[0][1] if len(left) == 1 else None
-
-
-def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
-    """Foot -> its orientation: the names begin alike, or share most, more than of all feet."""
-    alike = len(common_start([f.axes.before for f in feet]))
-    found = {}
-    same = [[axes for axes in turned if axes.before == f.axes.before] for f in feet]
-    for i, foot in enumerate(feet):
-        if same[i] and [f.axes.before for f in feet].count(foot.axes.before) == 1:
-            found[i] = next((axes for axes in same[i] if "w" in axes.columns), same[i][0])
-            continue
-        shared = [(len(common_start([foot.axes.before, axes.before])), axes) for axes in turned]
-        most = max((n for n, _ in shared), default=0)
-        own = [axes for n, axes in shared if n == most]
-        if most > alike or (most and len(feet) == 1):
-            found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
-    return found or by_pieces([f.axes for f in feet], turned)

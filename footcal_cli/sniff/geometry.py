@@ -6,6 +6,7 @@ Room: sniff; asked by several.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -24,8 +25,11 @@ _LARGEST_M = 2.0
 """No robot is longer; places without a unit that lie further out are in mm."""
 _LARGEST_FOOT_M = 0.5
 _AXIS = re.compile(r"[_. ][fv]?[xyz]$", re.IGNORECASE)
-_INDEX, _LAST = re.compile(r"\[(\d+)\]"), re.compile(r"(\d+)\]?$")
-"""Of a list in a text, and of the column of one of its numbers: ``[0]``, ``left/force[0]``."""
+_INDEX, _LAST = re.compile(r"\[?(\d+)\]?"), re.compile(r"(\d+)\]?$")
+"""Of a list in a text, and of the column of one of its numbers: ``[0]``, ``left/force[0]``.
+
+All cells of a foot are listed: numbers of holes are more.
+"""
 _Places = Mapping[str, tuple[float, ...]]
 
 
@@ -92,7 +96,9 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     by_address = {name_guess(name).address or name: at for name, at in places.items()}
     holes = plan.entries.get("hole_x_m")  # one sheet may place cells and holes
     called = {n: at for n, at in places.items() if holes is None or n not in holes.names}
-    by_index = {int(f[1]): at for n, at in places.items() if (f := _INDEX.fullmatch(n))}
+    by_index = {int(f[1]): at for n, at in called.items() if (f := _INDEX.fullmatch(n))}
+    of_feet = Counter(channel.partition("_")[0] for channel in plan.channels)
+    listed = {len(by_index)} == {*of_feet.values()} and len(by_index) == len(places)
     feet: dict[str, list[str]] = {}
     for channel in plan.channels:
         # cells of placements are called within their foot
@@ -102,7 +108,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         at = places.get(own) or places.get(channel) or by_address.get(channel)
         foot, _, cell = channel.partition("_")
         at = at or _within(own, called) or {n.lower(): at for n, at in called.items()}.get(cell)
-        if at is None and len(by_index) == len(places) and (f := _LAST.search(split_unit(own)[0])):
+        if at is None and listed and (f := _LAST.search(split_unit(own)[0])):
             at = by_index.get(int(f[1]))  # both feet alike
         if at is None:
             return plan

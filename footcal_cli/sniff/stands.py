@@ -13,9 +13,9 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
 from footcal_cli.sniff.foot_angles import angle_unit
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, looked_at_joined
 from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.triples import Axes, angles, axes_of, quaternions
+from footcal_cli.sniff.triples import Axes, angles, axes_of, frames_of, quaternions
 from footcal_cli.sniff.units import LENGTHS
 from footcal_cli.sniff.vocabulary import WITH_A_LEG
 
@@ -25,22 +25,28 @@ _ABOVE, _BESIDE = 0.5, 1.5
 
 
 def standing(file: FileGuess) -> FileGuess:
-    """A log with the CoM and the feet of stances taken for that; as it is where it has none."""
-    if file.of("com"):
+    """A log with the CoM and the feet of stances taken for that; as it is where it has none.
+
+    Of several files that are one stream the feet may be named by their files alone.
+    """
+    if file.of("com") and not file.joined:
         return file
+    return looked_at_joined(file, _standing) or file
+
+
+def _standing(file: FileGuess) -> FileGuess | None:
     vectors = [v for v in axes_of([c for c in file.columns if _could_be_a_place(c)])
                if "w" not in v.columns]  # fmt: skip
     feet = [v for v in vectors if _side(v)]
     if len(feet) != 2 or {_side(v) for v in feet} not in _SIDES:
-        return file
+        return None
     places = [v.values("xyz") for v in feet]
     above = [v for v in vectors if v not in feet and _above(v.values("xyz"), *places)]
     if len(above) != 1:
-        return file
+        return None
     columns = [c for c in file.columns if c.values is not None]
     turned = [*quaternions(columns, axes_of(columns)), *angles(columns)]
-    frames = {i: own[0] for i, v in enumerate(feet)
-              if (own := [a for a in turned if a.before.startswith(v.before)])}  # fmt: skip
+    frames = frames_of(feet, turned)
     units = {
         i: angle_unit(own, np.zeros(file.rows, complex))
         for i, own in frames.items() if "yaw" in own.columns
@@ -61,8 +67,8 @@ def standing(file: FileGuess) -> FileGuess:
 
 def _could_be_a_place(column: ColumnGuess) -> bool:
     lengths = column.unit is None or column.unit in LENGTHS
-    return column.values is not None and lengths and column.quantity in (
-        "unknown", "other", "hole", "placement", "position"
+    return column.values is not None and lengths and not column.counts and column.quantity in (
+        "unknown", "other", "hole", "placement", "position", "com", "foot_position", "reading"
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations, rotations_logged, rotations_of_rpy
 from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import common_start
 from footcal_cli.sniff.vocabulary import ANGLES
 
 _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
@@ -233,6 +234,23 @@ def at_most_a_turn(axes: Axes) -> bool:
     unit = axes.columns["x"].unit
     most = float(np.nanmax(np.abs(axes.values("xyz")), initial=0.0))
     return unit in (None, "rad", "deg") and most <= (2.0 * np.pi if unit == "rad" else 360.0)
+
+
+def frames_of(places: Sequence[Axes], turned: Sequence[Axes]) -> dict[int, Axes]:
+    """Foot -> its orientation: the names begin alike, or share most, more than of all feet."""
+    alike = len(common_start([place.before for place in places]))
+    found = {}
+    same = [[axes for axes in turned if axes.before == place.before] for place in places]
+    for i, place in enumerate(places):
+        if same[i] and [other.before for other in places].count(place.before) == 1:
+            found[i] = next((axes for axes in same[i] if "w" in axes.columns), same[i][0])
+            continue
+        shared = [(len(common_start([place.before, axes.before])), axes) for axes in turned]
+        most = max((n for n, _ in shared), default=0)
+        own = [axes for n, axes in shared if n == most]
+        if most > alike or (most and len(places) == 1):
+            found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
+    return found or by_pieces(places, turned)
 
 
 def by_pieces(places: Sequence[Axes], turned: Sequence[Axes]) -> dict[int, Axes]:
