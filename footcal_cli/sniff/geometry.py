@@ -25,7 +25,7 @@ _LARGEST_M = 2.0
 """No robot is longer; places without a unit that lie further out are in mm."""
 _LARGEST_FOOT_M = 0.5
 _AXIS = re.compile(r"[_. ][fv]?[xyz]$", re.IGNORECASE)
-_INDEX, _LAST = re.compile(r"\[?(\d+)\]?"), re.compile(r"(\d+)\]?$")
+_INDEX, _LAST = re.compile(r"(?:\D*[\W_])?(\d+)\]?"), re.compile(r"(\d+)\]?$")
 """Of a list in a text, and of the column of one of its numbers: ``[0]``, ``left/force[0]``.
 
 All cells of a foot are listed: numbers of holes are more.
@@ -96,9 +96,13 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     by_address = {name_guess(name).address or name: at for name, at in places.items()}
     holes = plan.entries.get("hole_x_m")  # one sheet may place cells and holes
     called = {n: at for n, at in places.items() if holes is None or n not in holes.names}
-    by_index = {int(f[1]): at for n, at in called.items() if (f := _INDEX.fullmatch(n))}
+    by_index = {(name_guess(n).side, int(f[1])): at
+                for n, at in called.items() if (f := _INDEX.fullmatch(n))}  # fmt: skip
     of_feet = Counter(channel.partition("_")[0] for channel in plan.channels)
-    listed = {len(by_index)} == {*of_feet.values()} and len(by_index) == len(places)
+    said = Counter(side for side, _ in by_index)
+    listed = len(by_index) == len(places) and all(
+        count == said.get(foot, said[""]) for foot, count in of_feet.items()
+    )
     feet: dict[str, list[str]] = {}
     for channel in plan.channels:
         # cells of placements are called within their foot
@@ -109,7 +113,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         foot, _, cell = channel.partition("_")
         at = at or _within(own, called) or {n.lower(): at for n, at in called.items()}.get(cell)
         if at is None and listed and (f := _LAST.search(split_unit(own)[0])):
-            at = by_index.get(int(f[1]))  # both feet alike
+            at = by_index.get((foot, int(f[1])), by_index.get(("", int(f[1]))))
         if at is None:
             return plan
         line = f"{toml_key(cell)} = {{ x_m = {at[0]:.5g}, y_m = {at[1]:.5g} }}"

@@ -150,9 +150,7 @@ def looked_at_joined(
     found = look(replace(file, columns=called))
     if found is None:
         return None
-    return replace(
-        found, columns=tuple(replace(c, column=plain[c.column]) for c in found.columns)
-    )
+    return replace(found, columns=tuple(replace(c, column=plain[c.column]) for c in found.columns))
 
 
 def as_one(group: Sequence[FileGuess], more: Sequence[ColumnGuess]) -> FileGuess:

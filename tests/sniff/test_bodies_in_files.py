@@ -208,8 +208,10 @@ def _stand(folder: Path, com: str, place: str, cells: str) -> list[Path]:
 ])  # fmt: skip
 def test_a_stand_in_a_file_for_each_topic(tmp_path: Path, com: str, place: str, cells: str) -> None:
     notes = tmp_path / "notes.md"
-    notes.write_text("Cells in the sole frame, both feet, in m:\n"
-                     "0 (0.08, 0.03), 1 (0.08, -0.03), 2 (-0.05, 0.03), 3 (-0.05, -0.03)\n")  # fmt: skip
+    notes.write_text(
+        "Cells in the sole frame, in m:\n"
+        "0 (0.08, 0.03), 1 (0.08, -0.03), 2 (-0.05, 0.03), 3 (-0.05, -0.03)\n"
+    )
     files = [guess_file(path) for path in _stand(tmp_path, com, place, cells)]
     parts, others = parts_of(with_notes(files, [notes]))
     found = {part.plan.role: part.plan for part in parts}
