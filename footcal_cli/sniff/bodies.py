@@ -169,7 +169,11 @@ def _body_of(file: FileGuess) -> BodyLog | None:
         roles["rate"] = rate
     middle = np.mean([f.values[:, :2] for f in feet], axis=0)
     way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
-    read = {i: angle_unit(axes, way) for i, axes in frames.items() if "yaw" in axes.columns}
+    read = {
+        i: angle_unit(axes, way, file.text.above)
+        for i, axes in frames.items()
+        if "yaw" in axes.columns
+    }
     units = {i: read[i][0] if i in read else "" for i in frames}
     read = {i: (unit, f"{said}{by_order}" if said else "")
             for i, (unit, said) in read.items()}  # fmt: skip

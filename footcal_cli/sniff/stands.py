@@ -48,7 +48,7 @@ def _standing(file: FileGuess) -> FileGuess | None:
     turned = [*quaternions(columns, axes_of(columns)), *angles(columns)]
     frames = frames_of(feet, turned)
     units = {
-        i: angle_unit(own, np.zeros(file.rows, complex))
+        i: angle_unit(own, np.zeros(file.rows, complex), file.text.above)
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
     length = length_unit(above[0].values("z")[:, 0])
@@ -59,10 +59,8 @@ def _standing(file: FileGuess) -> FileGuess | None:
         feet, names, frames, units, length=length
     )
     why = "two feet with a place above them"
-    return replace(file, columns=tuple(
-        replace(new, why=why) if (new := made.get(c.column)) is not None else c
-        for c in file.columns
-    ))  # fmt: skip
+    made = {c: n if n.unit in ("deg", "rad") else replace(n, why=why) for c, n in made.items()}
+    return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
 
 def _could_be_a_place(column: ColumnGuess) -> bool:

@@ -15,6 +15,7 @@ _ALSO = {
     "nanoseconds": "ns", "volts": "V", "volt": "V", "vdc": "V", "mvdc": "mV",
     "degrees": "deg", "degree": "deg", "grad": "deg", "grados": "deg", "gradi": "deg",
     "graus": "deg", "degrés": "deg", "degres": "deg", "градус": "deg", "度": "deg",
+    "fok": "deg", "derece": "deg", "grader": "deg", "graden": "deg", "stopnie": "deg",
     "%": "%", "%rh": "%", "%fs": "%",
     "%f.s.": "%", "%ro": "%", "%bw": "%", "db": "dB",
     "dbm": "dB", "ppm": "ppm", "radians": "rad", "celsius": "degC",
