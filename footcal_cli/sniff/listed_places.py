@@ -205,5 +205,10 @@ def _in_sentences(lines: Sequence[str]) -> list[_Place]:
 def _foot(row: _Place, lines: Sequence[str]) -> str:
     """The foot that is said last before a place, in its line or in those above."""
     before = "\n".join([*lines[max(row.at - _HEADING_LINES, 0) : row.at], row.before])
-    words = re.findall(r"[^\W\d_]{3,}", before.lower())
-    return next((SIDES[word] for word in reversed(words) if word in SIDES), "")
+    return ["", *sides_said(before)][-1]
+
+
+def sides_said(text: str) -> list[str]:
+    """Left and right as a text says them, in any language; ``der`` is a word and no side."""
+    words = re.findall(r"[^\W\d_]{4,}", text.lower())
+    return [SIDES[word] for word in words if word in SIDES]

@@ -11,6 +11,7 @@ from typing import Any
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.plan import Blank, Entry, of, rate_said
+from footcal_cli.sniff.said_mounts import said_mount
 from footcal_cli.tables.reading import BLANKS, Layout
 
 _ROBOT = "# [robot]"
@@ -22,10 +23,11 @@ _UNTURNED = (
     "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
 )
 _MOUNTED = (
-    "# if known: no log says how the transducer is mounted.\n"
-    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
-    "# weight_below_n = 0.0    # what hangs below the transducer"
+    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame",
+    "# weight_below_n = 0.0    # what hangs below the transducer",
+    "# com_below_m = [0.0, 0.0, 0.0]    # its CoM from the transducer, in the transducer's axes",
 )
+_IF_KNOWN = "# if known: no log says how the transducer is mounted."
 
 
 def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
@@ -52,8 +54,7 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
             lines += [_asked(blank), *blank.lines[1:]]
     tables: dict[str, str] = {}
     for part in parts:
-        turned = part.plan.mounting or _UNTURNED
-        feet = (f"[robot.feet.{_key(foot)}]\n{turned}\n{_MOUNTED}" for foot in part.plan.feet)
+        feet = (f"[robot.feet.{_key(foot)}]\n{_mounted(part, foot)}" for foot in part.plan.feet)
         for table in (*part.plan.robot, *feet):
             tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
     lines += [line for line in tables.values() if not line.startswith("[")]
@@ -85,6 +86,18 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
         other = "    # or weights" * any(part.plan.command == "offline-fit" for part in parts)
         lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}{other}"]
     return "\n".join(lines) + "\n"
+
+
+def _mounted(part: Part, foot: str) -> str:
+    """How the transducer at a foot is mounted, by the forces or the notes, and what is open."""
+    own = [part.plan.mounting] if part.plan.mounting else []
+    said = said_mount(part.plan.file.text.above, foot).lines()
+    own += [line for line in said if not (own and "rotation" in line)]
+    asked = [line for line in (_UNTURNED, *_MOUNTED)
+             if not any(x.startswith(line[2:].partition(" ")[0]) for x in own)]  # fmt: skip
+    if part.plan.mounting:
+        asked = [line for line in asked if line is not _UNTURNED]
+    return "\n".join([*own, *((_IF_KNOWN, *asked) if asked else ())])
 
 
 def _diagnosed(parts: Sequence[Part]) -> str:
