@@ -6,15 +6,19 @@ left and a right foot; the CoM is the one other place that lies above their midd
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
+from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.foot_angles import angle_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, looked_at_joined
-from footcal_cli.sniff.names import name_guess
+from footcal_cli.sniff.motion import body_entries
+from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.triples import Axes, angles, axes_of, frames_of, quaternions
 from footcal_cli.sniff.units import LENGTHS
 from footcal_cli.sniff.vocabulary import WITH_A_LEG
@@ -29,7 +33,7 @@ def standing(file: FileGuess) -> FileGuess:
 
     Of several files that are one stream the feet may be named by their files alone.
     """
-    if file.of("com") and not file.joined:
+    if file.of("com") and not file.joined and "left_foot_x_m" in body_entries(file):
         return file
     return looked_at_joined(file, _standing) or file
 
@@ -37,8 +41,9 @@ def standing(file: FileGuess) -> FileGuess:
 def _standing(file: FileGuess) -> FileGuess | None:
     vectors = [v for v in axes_of([c for c in file.columns if _could_be_a_place(c)])
                if "w" not in v.columns]  # fmt: skip
-    feet = [v for v in vectors if _side(v)]
-    if len(feet) != 2 or {_side(v) for v in feet} not in _SIDES:
+    named = [(v, side) for v in vectors if (side := _side(v))] or _by_letters(vectors)
+    feet, names = [v for v, _ in named], [side for _, side in named]
+    if len(feet) != 2 or {*names} not in _SIDES:
         return None
     places = [v.values("xyz") for v in feet]
     above = [v for v in vectors if v not in feet and _above(v.values("xyz"), *places)]
@@ -52,7 +57,6 @@ def _standing(file: FileGuess) -> FileGuess | None:
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
     length = length_unit(above[0].values("z")[:, 0])
-    names = [_side(v) for v in feet]
     if {*names} != {"left", "right"}:
         names = foot_names([v.before for v in feet], places, None)
     made = of_the_com({"com": above[0]}, length=length) | of_the_feet(
@@ -73,6 +77,17 @@ def _could_be_a_place(column: ColumnGuess) -> bool:
 def _side(axes: Axes) -> str:
     name = name_guess(f"{axes.before}x{axes.after}")
     return name.side or name.place or WITH_A_LEG.get(axes.before.strip("_. -").lower(), "")
+
+
+def _by_letters(vectors: Sequence[Axes]) -> list[tuple[Axes, str]]:
+    """The one pair of vectors that differ by the first letter of left and right: ``X_WL_x``."""
+    found = []
+    for pair in combinations(vectors, 2):
+        same = len(common_start([v.before for v in pair]))
+        sides = by_letters([v.before[same:] for v in pair])
+        if sides and pair[0].after == pair[1].after:
+            found.append([*zip(pair, sides, strict=True)])
+    return found[0] if len(found) == 1 else []
 
 
 def _above(com: FloatArray, left: FloatArray, right: FloatArray) -> bool:

@@ -204,7 +204,7 @@ def _stand(folder: Path, com: str, place: str, cells: str) -> list[Path]:
 
 @pytest.mark.parametrize(("com", "place", "cells"), [
     ("point.", "pose.position.", "data[{}]"), ("pose.position.", "pose.position.", "force_{}"),
-    ("com_", "{}_foot_", "data[{}]"),
+    ("com_", "{}_foot_", "data[{}]"), ("p_WCcm_", "X_W{}_", "data[{}]"),
 ])  # fmt: skip
 def test_a_stand_in_a_file_for_each_topic(tmp_path: Path, com: str, place: str, cells: str) -> None:
     notes = tmp_path / "notes.md"
@@ -223,3 +223,21 @@ def test_a_stand_in_a_file_for_each_topic(tmp_path: Path, com: str, place: str, 
     assert motion["right_foot_qw"] == "right_foot__sole.pose.orientation.w"
     assert found["cells"].command == "static-init"
     assert "x_m = -0.05, y_m = -0.03" in found["cells"].robot[-1]
+
+
+@pytest.mark.parametrize(("com", "sole"), [("com_", "X_W{}_"), ("p_WC_", "{}F."), ("com.", "T{}_")])
+def test_soles_of_a_stand_by_one_letter_in_one_table(tmp_path: Path, com: str, sole: str) -> None:
+    rng = np.random.default_rng(7)
+    at, middle = np.arange(0, 40, 0.05), np.repeat(rng.uniform(-0.2, 0.2, (8, 3)), 100, axis=0)
+    columns = {"t": at, **{f"cell_{k}": rng.normal(90, 9, at.size) for k in range(6)}}
+    columns |= _xyz(com, middle * [1, 1, 0] + [0, 0, 0.6])
+    four = Rotation.from_euler("z", 0.1 * middle[:, [2]]).as_quat()
+    for letter, way in (("L", 0.1), ("R", -0.1)):
+        columns |= _xyz(sole.format(letter), middle * [1, 1, 0] + [0, way, 0])
+        columns |= {f"{sole.format(letter)}q{a}": four[:, i] for i, a in enumerate("xyzw")}
+    path = tmp_path / "stand.csv"
+    pd.DataFrame(columns).round(5).to_csv(path, index=False)
+    motion = _columns(parts_of([guess_file(path)])[0][0].plan)
+    assert motion["com_z_m"] == f"{com}z"
+    assert motion["left_foot_y_m"] == f"{sole.format('L')}y"
+    assert motion["right_foot_qw"] == f"{sole.format('R')}qw"
