@@ -15,6 +15,7 @@ from footcal_cli.core.plausibility import TOTAL_RANGE
 from footcal_cli.sniff.guesses import numbers_of
 from footcal_cli.sniff.placed import WEIGHT
 from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, LogPlan
+from footcal_cli.sniff.said_axes import with_left_asked
 from footcal_cli.sniff.said_gravity import with_gravity
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, known_unit
@@ -60,7 +61,7 @@ _FAR = 30.0
 
 def as_said_above(plan: LogPlan) -> LogPlan:
     """The plan with masses and gravity as they stand above; asked for where numbers contradict."""
-    return with_gravity(_with_load(_with_mass(_with_put(plan))))
+    return with_left_asked(with_gravity(_with_load(_with_mass(_with_put(plan)))))
 
 
 def _with_put(plan: LogPlan) -> LogPlan:
