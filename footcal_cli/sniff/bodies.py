@@ -113,7 +113,7 @@ def body_of(file: FileGuess) -> BodyLog | None:
     def look(called: FileGuess) -> FileGuess | None:
         body = _body_of(called)
         bodies.extend([body] if body else [])
-        return body and body.file
+        return body.file if body else None
 
     found = looked_at_joined(file, look)
     return replace(bodies[0], file=found) if found else None
