@@ -71,7 +71,7 @@ class _Place:
 def places_in(path: Path, text: str) -> FileGuess | None:
     """A sheet of the places that a text lists, each under a name of its own; None without three.
 
-    Names that come twice are told apart by the foot that is said before them.
+    Names that come twice are distinguished by the foot that is said before them.
 
     Parameters
     ----------
