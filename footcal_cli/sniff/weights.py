@@ -12,8 +12,9 @@ import numpy as np
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
 from footcal_cli.sniff.bench_of_feet import on_each_foot
+from footcal_cli.sniff.body_columns import apart
 from footcal_cli.sniff.clocks import recorded
-from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
+from footcal_cli.sniff.groups import AXES, channel_names, could_be_read, follows
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 from footcal_cli.sniff.holds import short_holds
 from footcal_cli.sniff.names import PUT, words_of
@@ -274,15 +275,20 @@ def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
 
 
 def known_wrench(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> LogPlan | None:
-    """A rig's wrench, called applied or known, beside the gauges of a transducer; None without."""
+    """A rig's wrench, called applied or known, beside gauges or axes that felt it; else None."""
     gauges = [
         c for c in file.of("reading", "unknown")
         if could_be_read(c) and c.unit not in FORCES and moves(c)
     ]  # fmt: skip
     put = [g for g in six.values() if all(PUT & set(words_of(c.column)) for c in g.values())]
-    if len(put) != 1 or len(gauges) < len(AXES):
+    felt = [g for g in six.values() if len(put) == 1 and follows(g, put[0])]
+    named = channel_names(gauges)
+    if len(felt) == 1 and len(gauges) < len(AXES):  # of a transducer that has axes already
+        columns = [felt[0][axis] for axis in AXES]
+        named = dict(zip(apart([c.column for c in columns]), columns, strict=True))
+    if len(put) != 1 or len(named) < len(AXES):
         return None
-    return _known_wrench(file, put[0], channel_names(gauges), times(file, needed=False)[0])
+    return _known_wrench(file, put[0], named, times(file, needed=False)[0])
 
 
 def _known_wrench(
