@@ -14,7 +14,10 @@ import numpy as np
 
 from footcal_cli.sniff.cells import WHERE, toml_key
 from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.groups import slug
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
+from footcal_cli.sniff.hole_sheets import texts_of
+from footcal_cli.sniff.listed_places import names_of_rows
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Blank, LogPlan
 from footcal_cli.sniff.same_names import is_word_of, plainly
@@ -52,19 +55,22 @@ def with_places(
 
 def _places(sheet: FileGuess, axes: str, largest_m: float) -> _Places:
     """Names of a sheet's rows -> x, y (and z) in m; empty where it is no such sheet."""
-    named = [c for c in sheet.columns if c.codes is not None and len(c.words) == sheet.rows]
     at = {
         axis: [c for c in sheet.columns
                if c.values is not None and re.split(r"[\W_]", c.column.lower())[0] == axis]
         for axis in axes
     }  # fmt: skip
-    if not named or any(len(columns) != 1 for columns in at.values()):
+    if any(len(columns) != 1 for columns in at.values()):
         return {}
     columns = [at[axis][0] for axis in axes]
+    others = [c for c in sheet.columns if c not in columns]
+    names = names_of_rows([own for c in others if len(own := texts_of(c)) == sheet.rows])
+    if not names:
+        return {}
     far = max(float(abs(numbers_of(c)).max()) for c in columns)
     guess = "m" if far < largest_m else "mm"
     places = [numbers_of(c) * metres_per(c.unit or guess) for c in columns]
-    return dict(zip(named[0].words, map(tuple, np.column_stack(places).tolist()), strict=True))
+    return dict(zip(names, map(tuple, np.column_stack(places).tolist()), strict=True))
 
 
 def _with_legs(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
@@ -94,6 +100,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     if asked is None or not places:
         return plan
     by_address = {name_guess(name).address or name: at for name, at in places.items()}
+    by_channel = {slug(name): at for name, at in places.items()}
     holes = plan.entries.get("hole_x_m")  # one sheet may place cells and holes
     called = {n: at for n, at in places.items() if holes is None or n not in holes.names}
     by_index = {(name_guess(n).side, int(f[1])): at
@@ -109,7 +116,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         names = (f"{channel}_counts", f"{channel.partition('_')[2]}_counts")
         read = next((plan.entries[name] for name in names if name in plan.entries), None)
         own = "" if read is None or read.column is None else read.column.column
-        at = places.get(own) or places.get(channel) or by_address.get(channel)
+        at = places.get(own) or by_channel.get(channel) or by_address.get(channel)
         foot, _, cell = channel.partition("_")
         at = at or _within(own, called) or {n.lower(): at for n, at in called.items()}.get(cell)
         if at is None and listed and (f := _LAST.search(split_unit(own)[0])):

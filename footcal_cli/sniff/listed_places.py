@@ -8,12 +8,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 
+from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.text import TextGuess
 from footcal_cli.sniff.units import LENGTHS, known_unit
 from footcal_cli.sniff.vocabulary import SIDES
@@ -54,6 +56,7 @@ _ONE = re.compile(
 )
 """Rows of holes along one axis: ``1..6 at x = -80, -40 …``, or each by itself: ``A: y = 35``."""
 _X_AND_Y = re.compile(r"(?i)\bx\b.*\by\b")
+_AXES = {"x", "y"}
 _HEADING_LINES = 4
 _LEAST = 3
 
@@ -86,6 +89,9 @@ def places_in(path: Path, text: str) -> FileGuess | None:
     names = tuple(row.name for row in rows)
     if len({*names}) < len(names):
         names = tuple(f"{_foot(row, lines)} {row.name}".strip() for row in rows)
+    if len({*names}) < len(names):
+        rows = _under_axes(lines)
+        names = tuple(row.name for row in rows)
     if len(names) < _LEAST or len({*names}) < len(names):
         return None
     axes = "xyz" if all(row.numbers["z"] for row in rows) else "xy"
@@ -188,6 +194,46 @@ def _in_cells(lines: Sequence[str]) -> list[_Place]:
         for i, name, pair in own:
             found.append(_Place(i, name if alone else f"{foot} {name}", pair.groupdict()))
     return sorted(found, key=lambda place: place.at)
+
+
+def _under_axes(lines: Sequence[str]) -> list[_Place]:
+    """Places in the columns x and y (and z) of a table, named by what stands before them."""
+    table = {i: [cell.strip(" `*") for cell in line.strip().strip("|").split("|")]
+             for i, line in enumerate(lines) if "|" in line and re.search(r"\w", line)}  # fmt: skip
+    head = next((own for own in table.values() if _AXES <= {*_axes_in(own)}), [])
+    at = _axes_in(head)
+    rows = {i: own for i, own in table.items() if len(own) == len(head) and
+            all(re.fullmatch(_NUMBER, own[k]) for k in at.values())}  # fmt: skip
+    before = [[own[k] for own in rows.values()] for k in range(min(at.values(), default=0))]
+    places = [{"z": None} | {axis: own[k] for axis, k in at.items()} for own in rows.values()]
+    named = zip(rows, names_of_rows(before), places, strict=False)
+    return [_Place(i, name, numbers) for i, name, numbers in named]
+
+
+def _axes_in(head: Sequence[str]) -> dict[str, int]:
+    """Axis -> the column that is called after it: ``x``, ``y [mm]``."""
+    return {f[0].lower(): k for k, cell in enumerate(head) if (f := re.match(r"[xyzXYZ]\b", cell))}
+
+
+def names_of_rows(columns: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """A name of its own for each row: texts of one column, or of a foot and a cell: ``left toe``.
+
+    Empty where no column and no two have them; numbers alone are those of holes as well.
+
+    >>> names_of_rows([["L", "L", "R", "R"], ["toe", "heel", "toe", "heel"]])
+    ('left toe', 'left heel', 'right toe', 'right heel')
+    """
+    for texts in columns:
+        if len({*texts}) == len(texts) and re.search(r"[^\W\d_]", "".join(texts)):
+            return tuple(texts)
+    for one, other in permutations(columns, 2):
+        words = [*dict.fromkeys(one)]
+        sides = [name_guess(f"foot_{word}").side for word in words]
+        sides = sides if {*sides} == {"left", "right"} else by_letters(words)
+        names = [f"{sides[words.index(a)]} {b}" for a, b in zip(one, other, strict=True) if sides]
+        if sides and len({*names}) == len(names):
+            return tuple(names)
+    return ()
 
 
 def _in_sentences(lines: Sequence[str]) -> list[_Place]:

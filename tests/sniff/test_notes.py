@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.geometry import _places
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
 from footcal_cli.sniff.listed_places import grid_in, places_in
 from footcal_cli.sniff.notes import notes_among, units_in, with_notes
@@ -50,6 +51,8 @@ def test_places_that_notes_list(lines: list[str]) -> None:
     "| 0 | toe | 0.08, 0.02 | 0.08, -0.03 |\n| 1 | heel | -0.06, 0.02 | -0.06, -0.03 |\n",
     "In m. Left foot: 0 (0.08, 0.02), 1 (-0.06, 0.02); right foot: 0 (0.08, -0.03), "
     "1 (-0.06, -0.03)",
+    "Cells in m\n| foot | i | x | y |\n|---|---|---|---|\n| L | 0 | 0.08 | 0.02 |\n"
+    "| L | 1 | -0.06 | 0.02 |\n| R | 0 | 0.08 | -0.03 |\n| R | 1 | -0.06 | -0.03 |\n",
     "Linker Fuß, m\n| 0 | 0.08 | 0.02 |\n| 1 | -0.06 | 0.02 |\n\nRechter Fuß\n"
     "| 0 | 0.08 | -0.03 |\n| 1 | -0.06 | -0.03 |\n",
 ])  # fmt: skip
@@ -164,3 +167,12 @@ def test_notes_with_a_table_of_weights_are_a_log(tmp_path: Path, run: Run) -> No
     assert notes_among([log]) == []
     done = run("init", log, notes, "-o", tmp_path / "r.toml")
     assert "load_kg -> load_n in kg" in done.out
+
+
+def test_a_sheet_with_a_column_for_the_foot_and_one_for_the_cell(tmp_path: Path) -> None:
+    path = tmp_path / "capteurs.csv"
+    path.write_text("capteur;pied;x_mm;y_mm\nbout;G;78;38\ntalon;G;-66;30\nbout;D;78;-38\n"
+                    "talon;D;-66;-30\n")  # fmt: skip
+    found = _places(guess_file(path), "xy", 0.5)
+    assert found == {"left bout": (0.078, 0.038), "left talon": (-0.066, 0.03),
+                     "right bout": (0.078, -0.038), "right talon": (-0.066, -0.03)}  # fmt: skip
