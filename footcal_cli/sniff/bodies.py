@@ -21,7 +21,7 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
-from footcal_cli.sniff.foot_angles import angle_unit, angles_beside
+from footcal_cli.sniff.foot_angles import angle_unit, angles_beside, with_tilts
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, looked_at_joined, seconds_of
 from footcal_cli.sniff.names import COMMANDED, words_of
@@ -136,7 +136,7 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     vectors = [*vectors, *in_order]
     by_columns = any(_BY_COLUMNS.search(line) for line in file.text.above)
     nine = matrices(named, by_columns=by_columns)
-    turned = [*four, *nine, *angles(named), *frames_in_order]
+    turned = [*four, *nine, *angles(named, file.text.above), *frames_in_order]
     at = np.arange(seconds.min(), seconds.max(), GRID_S)
     logged = [
         moved for axes in vectors
@@ -155,13 +155,13 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     roles = {"com": com, **_derivatives(in_metres, others)}
     placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
     turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
-    frames, by_order = frames_of([f.axes for f in feet], turned), ""
+    frames = frames_of([f.axes for f in feet], turned)
+    vectored = {c.column for axes in vectors for c in axes.columns.values()}
+    spare_columns = [c for c in named if c.column not in vectored]
+    swings = [np.interp(seconds, at, _steps(f)) > _HALF for f in feet]
     if not frames:
-        vectored = {c.column for axes in vectors for c in axes.columns.values()}
-        spare_columns = [c for c in named if c.column not in vectored]
-        swings = [np.interp(seconds, at, _steps(f)) > _HALF for f in feet]
         frames = dict(enumerate(angles_beside([f.axes for f in feet], swings, spare_columns)))
-        by_order = ", roll, pitch and yaw by their order"
+    frames = {i: with_tilts(axes, swings[i], spare_columns) for i, axes in frames.items()}
     used = {c.column for m in roles.values() for c in m.axes.columns.values()}
     used |= {c.column for axes in frames.values() for c in axes.columns.values()}
     spare = [m for m in others if m.axes.columns["x"].column not in used]
@@ -175,8 +175,6 @@ def _body_of(file: FileGuess) -> BodyLog | None:
         if "yaw" in axes.columns
     }
     units = {i: read[i][0] if i in read else "" for i in frames}
-    read = {i: (unit, f"{said}{by_order}" if said else "")
-            for i, (unit, said) in read.items()}  # fmt: skip
     heading = None
     if 0 in frames:
         heading = np.unwrap(np.nan_to_num(headings(turn @ rotations(frames[0], units[0]))))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,9 +57,35 @@ def angles_beside(
                 if c.column.startswith(place.before) and c.column not in own]  # fmt: skip
         if not place.before or len(rest) != len(ROLL_PITCH_YAW) or not _turn_with(rest, moves):
             return []
-        found.append(Axes(place.before, "", dict(zip(ROLL_PITCH_YAW, rest, strict=True))))
+        own = dict(zip(ROLL_PITCH_YAW, rest, strict=True))
+        found.append(Axes(place.before, "", own, f"{', '.join(ROLL_PITCH_YAW)} by their order"))
     tails = {tuple(c.column[len(axes.before) :] for c in axes.columns.values()) for axes in found}
     return found if len(tails) == 1 else []
+
+
+def with_tilts(frame: Axes, moves: BoolArray, columns: Sequence[ColumnGuess]) -> Axes:
+    """A frame of which only the yaw is called so, or yaw and another, with those beside it.
+
+    Their names differ from the yaw's by one word, and they are angles by their unit, or change
+    faster while the foot moves. Pitch stands between yaw and roll: ``L_gier L_stamp L_rol``.
+    """
+    missing = [axis for axis in ROLL_PITCH_YAW if axis not in frame.columns]
+    known = {c.column: axis for axis, c in frame.columns.items()}
+    whole = rf"{re.escape(frame.before)}[^\W\d_]{{2,}}{re.escape(frame.after)}"
+    three = [c for c in columns if re.fullmatch(whole, c.column)]
+    rest = [c for c in three if c.column not in known]
+    if "yaw" not in frame.columns or not frame.before or len(rest) != len(missing) or not rest:
+        return frame
+    unit = frame.columns["yaw"].unit
+    if {c.unit for c in rest} != {unit} or not (unit or _turn_with(rest, moves)):
+        return frame
+    order = ROLL_PITCH_YAW if known.get(three[-1].column) == "yaw" else ROLL_PITCH_YAW[::-1]
+    named = dict(zip(order, three, strict=True))
+    if len(rest) == 1:
+        named = {**frame.columns, missing[0]: rest[0]}
+    if any(named[axis].column != c.column for axis, c in frame.columns.items()):
+        return frame
+    return replace(frame, columns=named, why=f"{' and '.join(missing)} by what stands beside it")
 
 
 def _turn_with(three: Sequence[ColumnGuess], moves: BoolArray) -> bool:

@@ -64,7 +64,8 @@ def _places(sheet: FileGuess, axes: str, largest_m: float) -> _Places:
         return {}
     columns = [at[axis][0] for axis in axes]
     others = [c for c in sheet.columns if c not in columns]
-    names = names_of_rows([own for c in others if len(own := texts_of(c)) == sheet.rows])
+    whole = (c.words for c in others if c.codes is not None and len(c.words) == sheet.rows)
+    names = next(whole, ()) or names_of_rows([own for c in others if (own := texts_of(c))])
     if not names:
         return {}
     far = max(float(abs(numbers_of(c)).max()) for c in columns)

@@ -200,7 +200,7 @@ def _under_axes(lines: Sequence[str]) -> list[_Place]:
     """Places in the columns x and y (and z) of a table, named by what stands before them."""
     table = {i: [cell.strip(" `*") for cell in line.strip().strip("|").split("|")]
              for i, line in enumerate(lines) if "|" in line and re.search(r"\w", line)}  # fmt: skip
-    head = next((own for own in table.values() if _AXES <= {*_axes_in(own)}), [])
+    head = next((own for own in table.values() if {*_axes_in(own)} >= _AXES), [])
     at = _axes_in(head)
     rows = {i: own for i, own in table.items() if len(own) == len(head) and
             all(re.fullmatch(_NUMBER, own[k]) for k in at.values())}  # fmt: skip

@@ -50,7 +50,7 @@ def _standing(file: FileGuess) -> FileGuess | None:
     if len(above) != 1:
         return None
     columns = [c for c in file.columns if c.values is not None]
-    turned = [*quaternions(columns, axes_of(columns)), *angles(columns)]
+    turned = [*quaternions(columns, axes_of(columns)), *angles(columns, file.text.above)]
     frames = frames_of(feet, turned)
     units = {
         i: angle_unit(own, np.zeros(file.rows, complex), file.text.above)

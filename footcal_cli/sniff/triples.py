@@ -25,6 +25,9 @@ _COM_BARE = re.compile(r"(?i)(?:.*[\W_])?com(?:[\W_]?pos\w*)?_3")
 """``CoM_1``: where the CoM is numbered so, other vectors of the body are."""
 _NUMBER = re.compile(r"(\d+)(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
+_WORD = re.compile(r"[^\W\d_]+")
+_TURN = re.compile(r"(?i)\br(?:ot)?[_ ]?\{?([xyz])\}?\s*\(\s*([^\W\d_]+)\s*\)")
+"""A factor of a rotation: ``Rz(yaw)``, ``rot_z(gier)``, ``R_z(ψ)``."""
 _TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
 _ABOUT = re.compile(
     r"(?i)^(?P<before>(?:.*[\W_.])?)(?P<turn>rot|rotation|tilt|turn|incl\w*?|neig\w*|kipp\w*|dreh\w*|"
@@ -53,11 +56,14 @@ class Axes:
         What stands before and after the axis in their names.
     columns
         Axis -> column.
+    why
+        Why an axis is which, where their names do not say it.
     """
 
     before: str
     after: str
     columns: Mapping[str, ColumnGuess]
+    why: str = ""
 
     def values(self, axes: Sequence[str]) -> FloatArray:
         """Numbers of some axes, shape (n, k)."""
@@ -177,16 +183,19 @@ def _three_by_three(axes: Axes) -> FloatArray:
     return axes.values(MATRIX).reshape(-1, 3, 3)
 
 
-def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
+def angles(columns: Sequence[ColumnGuess], above: Sequence[str] = ()) -> list[Axes]:
     """Columns called roll, pitch and yaw, or yaw alone, by what their names share around it.
 
-    So are ``sole_rx sole_ry sole_rz`` where none of them is more than a turn.
+    So are ``sole_rx sole_ry sole_rz`` where none of them is more than a turn, and columns called
+    as a formula `above` the table has it.
     """
     found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    called = ANGLES | in_a_formula(above)
     for column in columns:
-        for word in _ANGLE.finditer(column.column):
+        for word in (*_WORD.finditer(column.column), *_ANGLE.finditer(column.column)):
             key = column.column[: word.start()], column.column[word.end() :]
-            found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
+            if word[0].lower() in called:
+                found.setdefault(key, {}).setdefault(called[word[0].lower()], column)
     for key, own in (*_shortened(columns).items(), *_about_axes(columns).items()):
         found.setdefault(key, own)
     made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
@@ -201,6 +210,19 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
         own = dict(zip(ROLL_PITCH_YAW, (axes.columns[a] for a in "xyz"), strict=True))
         made.append(Axes(axes.before, axes.after, own))
     return made
+
+
+def in_a_formula(above: Sequence[str]) -> dict[str, str]:
+    """What the angles of a rotation about z, the turned y and the turned x are called, -> which.
+
+    >>> in_a_formula(["R = Rz(gier) Ry(stamp) Rx(rol), foot to world"])
+    {'gier': 'yaw', 'stamp': 'pitch', 'rol': 'roll'}
+    """
+    for line in above:
+        turns = [found.groups() for found in _TURN.finditer(line)]
+        if [axis.lower() for axis, _ in turns] == [*"zyx"]:
+            return dict(zip((word.lower() for _, word in turns), ROLL_PITCH_YAW[::-1], strict=True))
+    return {}
 
 
 def _shortened(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
