@@ -47,6 +47,10 @@ _OF_A_PART = re.compile(
     r"pata|werkzeug|outil|herramienta|utensile|fuß|fuss|pied|piede|pie)\b"
 )
 """Words with which a mass is not that of all that stands there."""
+_WITHOUT = re.compile(
+    r"(?i)\b(?:without|w/o|excl\w*|exkl\w*|minus|less|ohne|sans|sin|senza|sem|zonder|uten|uden|utan|bez|"
+    r"ilman|nélkül)\b"
+)
 _LISTED = re.compile(
     r"(?i)\b(?:loads|weights|masses|gewichte|lasten|charges|cargas|pesi|massen|poids|vikter)\b"
 )
@@ -85,15 +89,24 @@ def _masses(above: Sequence[str]) -> dict[float, str]:
     """Masses in kg of all that stands there -> the line that says each."""
     found = {}
     for line in above:
-        for said in () if _OF_A_PART.search(line) else _MASS.finditer(line):
+        of_a_part = _OF_A_PART.search(_without_remark(line))
+        for said in () if of_a_part else _MASS.finditer(line):
             unit = known_unit(said["before"] or "") or known_unit(said["after"] or "")
             if unit in LOADS and (newton := _newton(said["number"], unit)) > 0:
                 found[round(newton / GRAVITY_MPS2, 6)] = line.strip()
         alone = [*IN_WORDS.finditer(line)]
-        if _HAS_ROBOT.search(line) and len(alone) == 1 and not _OF_A_PART.search(line):
+        if _HAS_ROBOT.search(line) and len(alone) == 1 and not of_a_part:
             unit = known_unit(alone[0][2]) or alone[0][2]
             found[round(_newton(alone[0][1], unit) / GRAVITY_MPS2, 6)] = line.strip()
     return found
+
+
+def _without_remark(line: str) -> str:
+    """A line with one mass, of a robot, up to what is said behind it: ``…, feet included``."""
+    alone = [*IN_WORDS.finditer(line)]
+    if len(alone) != 1 or _WITHOUT.search(line) or not _HAS_ROBOT.search(line, 0, alone[0].start()):
+        return line
+    return line[: alone[0].end()] + re.split(r"[,;(]", line[alone[0].end() :])[0]
 
 
 def _newton(number: str, unit: str) -> float:
