@@ -125,7 +125,8 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
         to_do = f", what is marked TO FILL IN filled in ({open_yet})" if open_yet else ""
         after += f"; after it {name}, with its parameters.json{to_do}"
     if after and (kind := _diagnosed(parts)):
-        after += f"; then diagnose (experiment {kind}) says what the model lacks"
+        last = "with the parameters.json written last"
+        after += f"; then diagnose (experiment {kind}), {last}, says what the model lacks"
     return f"{said}{command}{after}"
 
 
