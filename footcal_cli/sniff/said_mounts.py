@@ -24,6 +24,12 @@ _POINT = re.compile(
     r"(?P<within>[a-z]{1,2})?\s*[)\]]\s*(?P<behind>(?!in\b)[a-z]{1,2}\b)?"
 )
 """Three numbers in brackets, their unit before, within or behind them; there ``in`` is a word."""
+_AXIS_TO = re.compile(r"(?i)\b[xyz]\b[\s:=]*(?:to (?:the )?)?[^\W\d_]{2,}")
+"""Which way an axis points: ``y left``, ``z: up``."""
+_UP = re.compile(
+    rf"^[^\d]*(?P<height>{_NUMBER})\s*(?P<unit>mm|cm|m)\b(?P<way>(?:(?!\b[xy]\b)[^\d()])*)\bz\b[^\d]*$"
+)
+"""One length of a sentence, and the z axis alone behind it."""
 _SENSOR = re.compile(
     r"(?i)\b(?:sen[sz]or\w*|czujnik\w*|transducer\w*|f/?t|aufnehmer\w*|kraftmess\w*|capteur\w*|snímač\w*|"
     r"transduc?tor\w*|trasduttor\w*|givare\w*|opnemer\w*|anturi\w*|érzékelő\w*|algılayıcı\w*|"
@@ -94,14 +100,20 @@ def said_mount(above: Sequence[str], foot: str) -> SaidMount:
 
 
 def _side(line: str) -> str:
-    """The one foot that a line is about; empty for both."""
-    sides = {*sides_said(line)}
+    """The one foot that a line is about; empty for both. Of axes, ``y left`` is no foot."""
+    sides = {*sides_said(_AXIS_TO.sub("", line))}
     return sides.pop() if len(sides) == 1 else ""
 
 
 def _point(line: str) -> FloatArray | None:
-    """The one point of a sentence in m, shape (3,); None without, or without a unit."""
+    """The one point of a sentence in m, shape (3,); None without, or without a unit.
+
+    ``58.5 mm above the sole on its z axis`` is one, too.
+    """
     found = [*_POINT.finditer(line)]
+    if not found and (up := _UP.search(line)) and not _BELOW.search(up["way"]):
+        height = float(up["height"].replace(",", ".")) * metres_per(known_unit(up["unit"]))
+        return np.array([0.0, 0.0, height])
     units = [known_unit(f[by] or "") for f in found for by in ("within", "behind", "ahead")]
     units = [unit for unit in units if unit in LENGTHS]
     if len(found) != 1 or not units:

@@ -19,6 +19,13 @@ G = 9.8
         (["Czujnik: (10, 0, 90 mm) nad stopą"], (0.01, 0.0, 0.09)),
         (["left sensor at (1, 2, 3) cm", "right sensor at (1, -2, 3) cm"], (0.01, 0.02, 0.03)),
         (["Sensor at (10, 0, 90) in the sole frame"], None),  # no unit
+        (
+            ["Sensor frame (x forward, y left, z up): 92 mm above the sole on its z axis"],
+            (0.0, 0.0, 0.092),
+        ),
+        (["Aufnehmer 9,2 cm über der Sohle auf deren z-Achse"], (0.0, 0.0, 0.092)),
+        (["Sensor 92 mm above the sole"], None),  # nothing says that it is above the origin
+        (["Sensor 12 mm ahead, 92 mm up its z axis"], None),
         (["The CoM starts at (0, 0, 650) mm"], None),
         (["Sensor A at (1, 2, 3) cm", "sensor B at (4, 5, 6) cm"], None),
     ],
@@ -37,6 +44,7 @@ def test_the_place_of_a_transducer(
     [
         ("Sensor axes parallel to the sole frame.", True),
         ("Sensorachsen parallel zur Sohle", True),
+        ("Sensor axes parallel to the sole frame (x forward, y left, z up)", True),
         ("sensors aligned with the foot", True), ("Sensor axes not aligned with the foot", False),
         ("the sensor is turned by 30 deg, z parallel to the sole normal", False),
         ("Robot walks parallel to the wall", False),
