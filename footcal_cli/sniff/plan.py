@@ -189,7 +189,7 @@ def cell_name(word: str) -> str:
 
 
 IN_NEWTON = (
-    "[robot.nameplate]    # the log has newtons; how far they may be off\n"
+    "[robot.nameplate]    # readings are forces already, used in N; how far they may be off\n"
     "scale_n_per_count = 1.0\nscale_relative_sd = 0.05\nbias_sd_n = 5.0"
 )
 """What the cells of a log are known by that has forces already."""
