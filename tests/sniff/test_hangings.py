@@ -218,3 +218,7 @@ def test_a_file_for_each_orientation_that_a_column_names(
     recipe = guessed(run, *logs)
     assert recipe["columns"]["orientation"]["names"] == words
     assert "TO FILL IN" not in (tmp_path / "guess.toml").read_text()
+    assert run("init", logs[0], "-o", tmp_path / "guess.toml", "--overwrite").exit_code == 0
+    text = (tmp_path / "guess.toml").read_text()
+    assert "every row is in the one orientation z_arriba" in text
+    assert "turn with its leg" not in text
