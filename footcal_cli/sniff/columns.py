@@ -37,7 +37,7 @@ from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import NameGuess, name_guess, words_of
 from footcal_cli.sniff.pivots import pivot_of, said_once
 from footcal_cli.sniff.registers import joined_registers
-from footcal_cli.sniff.rounds import only_numbers, with_rounds
+from footcal_cli.sniff.rounds import only_numbers, with_rounds, with_stances
 from footcal_cli.sniff.silent import MEASURED, no_reading
 from footcal_cli.sniff.spoken_labels import said_between
 from footcal_cli.sniff.text import TextGuess, guess_text
@@ -213,7 +213,7 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     found = without_derived(with_flight_angles(without_supply(one_statistic(columns))))
     found = _without_silent(one_clock([_numbered(c) for c in without_orders(found)], found))
     found = noted_in_seconds(_newtons(only_numbers(in_frames(one_time(first_in_time(found))))))
-    found = with_rounds(with_temperatures(found))
+    found = with_stances(with_rounds(with_temperatures(found)))
     if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]

@@ -91,8 +91,7 @@ _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
 _NO_FORCE = {"com", "acc", "gyro", "imu", "position", "pos", "pose", "translation"}
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
-_TICKS = {"sampletimefine": ("ms", 0.1)}
-"""Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
+_TICKS = {"sampletimefine": ("ms", 0.1)}  # by its maker's manual Xsens counts tenths of a ms
 _ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
                 "aceleracion", "accélération", "accelerazione", "aceleração"}  # fmt: skip
 _TURNED = {"theta", "euler", "angle", "rpy", "rotvec", "angolo", "angulo", "ángulo", "ângulo"}
@@ -230,8 +229,10 @@ def name_guess(name: str) -> NameGuess:
 
 def without_side(name: str, side: str) -> str:
     """A name without the word or the letter that its side begins it with: ``links_2`` is 2."""
-    called = "|".join(sorted((w for w, s in SIDES.items() if s == side), key=len, reverse=True))
-    return re.sub(rf"^(?:(?:{called})(?=_|\d|$)|{called})_?", "", name)
+    sides = (sorted((w for w, s in words.items() if s == side), key=len, reverse=True)
+             for words in (SIDES, WITH_A_LEG))  # fmt: skip
+    called, more = map("|".join, sides)
+    return re.sub(rf"^(?:(?:{called}|{more})(?=_|\d|$)|{called})_?", "", name)
 
 
 def _address(words: list[str]) -> tuple[str, str, list[str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os.path
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from footcal_cli.sniff.plan import Blank, Entry, of, rate_said
 from footcal_cli.sniff.said_mounts import said_mount
 from footcal_cli.tables.reading import BLANKS, Layout
 
-_ROBOT = "# [robot]"
+_ROBOT, _FEET = "# [robot]", "# [robot.feet."
 _DIAGNOSED = {
     "static-init": "stand", "online-replay": "walk", "hang-calib": "hang", "pose-calib": "pose"
 }  # fmt: skip
@@ -48,7 +49,7 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     lines += ["", "[robot]", '# name = "…"    # the robot, where several share a laboratory']
     if channels and all(part.plan.role != "placements" for part in parts):
         lines.append(f"channels = [{', '.join(_quoted(c) for c in dict.fromkeys(channels))}]")
-    blanks = list(dict.fromkeys(blank for part in parts for blank in part.plan.blanks))
+    blanks = _each_once([blank for part in parts for blank in part.plan.blanks])
     for blank in blanks:
         if blank.lines[0] == _ROBOT:  # that table stands there already
             lines += [_asked(blank), *blank.lines[1:]]
@@ -86,6 +87,21 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
         other = "    # or weights" * any(part.plan.command == "offline-fit" for part in parts)
         lines += ["", "[diagnose]", f"experiment = {_quoted(kind)}{other}"]
     return "\n".join(lines) + "\n"
+
+
+def _each_once(blanks: Sequence[Blank]) -> list[Blank]:
+    """What is to be filled in, each table once: logs of the same feet ask for the same places."""
+    feet: dict[str, dict[str, dict[str, None]]] = {}
+    for blank in blanks:
+        table = ""
+        for line in blank.lines if blank.lines[0].startswith(_FEET) else ():
+            table = line if line.startswith(_FEET) else table
+            feet.setdefault(blank.why, {}).setdefault(table, {})[line] = None
+    lines = {why: tuple(x for own in tables.values() for x in own) for why, tables in feet.items()}
+    return list(dict.fromkeys(
+        replace(blank, lines=lines[blank.why]) if blank.lines[0].startswith(_FEET) else blank
+        for blank in blanks
+    ))  # fmt: skip
 
 
 def _mounted(part: Part, foot: str) -> str:

@@ -17,6 +17,8 @@ _LEAST_ROWS = 3
 """Rows that a round has at least."""
 _COUNTS, _DIFFERENT = 5, 4
 """Rows that count up by no chance; so many different numbers are no state of a machine."""
+_HELD = 20
+"""Rows through which no reading stays the same, time after time."""
 _ALL_OF_IT = 0.7
 """Share of a reading's span that it passes in every round."""
 
@@ -40,6 +42,29 @@ def with_rounds(columns: list[ColumnGuess]) -> list[ColumnGuess]:
             made = column.as_quantity("repeat", "likely", "counts rounds: all readings come again")
             return [made if c is column else c for c in columns]
     return columns
+
+
+def with_stances(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A table's columns beside a CoM, with a number that each stance has for itself as its number.
+
+    A whole number that stays for many rows and does not come again is no reading of a cell.
+    """
+    if not any(c.quantity == "com" for c in columns):
+        return columns
+    return [
+        c.as_quantity("sequence", "likely", "the number of a stance: it stays through each")
+        if c.quantity in ("unknown", "reading") and c.values is not None and c.unit is None
+        and _is_of_stances(c.values) else c for c in columns
+    ]  # fmt: skip
+
+
+def _is_of_stances(number: FloatArray) -> bool:
+    """Whether whole numbers (n,) stay for many rows each, and none comes again."""
+    if not np.isfinite(number).all() or np.any(number != np.round(number)):
+        return False
+    begins = np.flatnonzero(np.diff(number, prepend=np.nan) != 0)
+    long = np.diff(np.append(begins, number.size)).min() >= _HELD
+    return bool(long and 1 < begins.size == np.unique(number).size)
 
 
 def is_a_round(number: FloatArray, read: list[FloatArray]) -> bool:

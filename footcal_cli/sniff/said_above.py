@@ -51,6 +51,10 @@ _WITHOUT = re.compile(
     r"(?i)\b(?:without|w/o|excl\w*|exkl\w*|minus|less|ohne|sans|sin|senza|sem|zonder|uten|uden|utan|bez|"
     r"ilman|nélkül)\b"
 )
+_REMARK = re.compile(
+    r"(?i)[,;(]|\b(?:with|includ\w*|incl|mit|inkl\w*|samt|avec|con|com|med|met|inclu\w*|compris)\b"
+)
+"""What a robot was weighed with stands behind its mass: ``41.3 kg with battery and feet``."""
 _LISTED = re.compile(
     r"(?i)\b(?:loads|weights|masses|gewichte|lasten|charges|cargas|pesi|massen|poids|vikter)\b"
 )
@@ -106,7 +110,7 @@ def _without_remark(line: str) -> str:
     alone = [*IN_WORDS.finditer(line)]
     if len(alone) != 1 or _WITHOUT.search(line) or not _HAS_ROBOT.search(line, 0, alone[0].start()):
         return line
-    return line[: alone[0].end()] + re.split(r"[,;(]", line[alone[0].end() :])[0]
+    return line[: alone[0].end()] + _REMARK.split(line[alone[0].end() :])[0]
 
 
 def _newton(number: str, unit: str) -> float:

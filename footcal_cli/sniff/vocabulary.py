@@ -127,6 +127,10 @@ WITH_A_LEG = {"sx": "left", "dx": "right", "sol": "left", "sağ": "right", "sag"
 OF_A_LEG = {"piede", "piedi", "foot", "gamba", "zampa", "suola", "cella", "anteriore",
              "posteriore", "ayak", "taban", "bacak", "láb", "lab", "talp"}  # fmt: skip
 """Words with which dx is a side and no change of x, and sol is left and no ground."""
+SOLES = {"sole", "sohle", "suola", "semelle", "suela", "zool", "såle", "sula", "podeszwa", "stopa",
+         "taban", "ayak", "talp", "láb", "lab", "jalka", "jalkapohja", "noha", "fot", "fod",
+         "стопа", "подошва"}  # fmt: skip
+"""How the pose of a foot's sole is called."""
 SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
           "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
           "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",

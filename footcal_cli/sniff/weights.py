@@ -115,11 +115,13 @@ def weights(
     elif still := [c for c in cells if _last_bit(c, load)]:
         following, idle, why = [c for c in cells if c not in still], still, "moves by its last bit"
     if idle and following:
-        asked_of = tuple(c.column for c in idle)
         own = {n: c for n, c in named.items() if c in following}
         kept = weights(file, loads, following, own)
-        said = f"{', '.join(asked_of)}: left out, {why}"
-        return replace(kept, warnings=(*kept.warnings, said))
+        used = [e.column for e in kept.entries.values() if e.column is not None]
+        names = {name for c in used for name in (c.column, c.followed_by)}
+        spare = [c.column for c in idle if c.column not in names]
+        said = [f"{', '.join(spare)}: left out, {why}"] if spare else []
+        return replace(kept, warnings=(*kept.warnings, *said))
     if len(cells) == 1 or labels:
         cell = cells[0]
         chosen = cell_column(file, load, cell, labels)
