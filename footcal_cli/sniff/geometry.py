@@ -115,7 +115,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     for channel in plan.channels:
         # cells of placements are called within their foot
         names = (f"{channel}_counts", f"{channel.partition('_')[2]}_counts")
-        read = next((plan.entries[name] for name in names if name in plan.entries), None)
+        read = next((plan.read[name] for name in names if name in plan.read), None)
         own = "" if read is None or read.column is None else read.column.column
         at = places.get(own) or by_channel.get(channel) or by_address.get(channel)
         foot, _, cell = channel.partition("_")

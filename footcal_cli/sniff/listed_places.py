@@ -35,10 +35,14 @@ _ROW = re.compile(
 
 A remark may say what the name means: ``| VF (venstre for) | 105 | 40 |``, ``| 1 | toe | 9 | 4 |``.
 """
+_ANGLE = r"(?:\s+(?:[^\W\d_]{1,4}\s+)?\d+(?:[.,]\d+)?\s*(?:°|[^\W\d_]{3,})[,:]?)?"
 _INLINE = re.compile(
-    rf"(?:{_NAME}|(?P<index>\[\d+\]))\s*[:=]?\s*\(\s*{_THREE}\s*(?:mm|cm|m|in)?\s*\)"
+    rf"(?:{_NAME}|(?P<index>\[\d+\])){_ANGLE}\s*[:=]?\s*\(\s*{_THREE}\s*(?:mm|cm|m|in)?\s*\)"
 )
-"""Places in a sentence: ``A (60, 35), B (60, -35)``, or of a list's: ``[0] (60, 35), [1] …``."""
+"""Places in a sentence: ``A (60, 35), B (60, -35)``, or of a list's: ``[0] (60, 35), [1] …``.
+
+The angle of a round plate may stand before each: ``A12 a 90 gradi (x=0, y=62)``.
+"""
 _UNIT = re.compile(r"(?<![\w/])(mm|cm|m|inch|inches|[\[(]in[\])])(?![\w/²^])")
 """Units of lengths; ``in`` without brackets is a word."""
 _PAIR = re.compile(

@@ -130,6 +130,12 @@ class LogPlan:
     zeros_where: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
+    def read(self) -> dict[str, Entry]:
+        """Readings of cells, ``<cell>_counts``; of several rounds those of the first."""
+        every = {**next(iter(self.wide.values()), {}), **self.entries}
+        return {name: entry for name, entry in every.items() if name.endswith("_counts")}
+
+    @property
     def ready(self) -> bool:
         """Whether the command runs as it is."""
         return not any(blank.needed for blank in self.blanks)

@@ -42,6 +42,7 @@ from footcal_cli.sniff.which_cell import (
     loaded_cell,
     loaded_words,
     named_alike,
+    not_used,
     one_cell_moves,
 )
 from footcal_cli.tables.reading import READ_AGAIN
@@ -76,7 +77,7 @@ def weights(
     named
         Readings by the name of their channel, where some of a table were left out.
     """
-    load = loads[0]
+    load, unused = loads[0], None
     entry, asked = load_entry(load)
     labels = [c for c in file.of("label") if len(c.words) > 0]
     time, _, _ = times(file, needed=False)
@@ -104,7 +105,7 @@ def weights(
         on = on or read_again(file, load, entries, labels, cells, asked)
         if on is not None:
             return on
-        labels = []  # with several readings in a row it is not the cell that they tell apart
+        unused, labels = labels[0], []  # of several readings it is not the cell that they tell
     following, idle = pressed_along(load, cells)
     why = "of the axes of one instrument another carries the load"
     if not idle:
@@ -155,7 +156,7 @@ def weights(
         file, f"known weights, the readings of {len(cells)} cells side by side",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
         entries, tuple(named), wide, blanks=asked,
-        warnings=() if ON_WHICH in asked else (_BY_ITSELF,),
+        warnings=() if ON_WHICH in asked else (_BY_ITSELF, *not_used(unused)),
     )  # fmt: skip
 
 
