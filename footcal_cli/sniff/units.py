@@ -11,6 +11,9 @@ from footcal_cli.tables.units import SPELLINGS, TIMES
 _ALSO = {
     "newton": "N", "newtons": "N", "kilogram": "kg", "kilograms": "kg", "gram": "g", "grams": "g",
     "gramm": "g", "sec": "s", "secs": "s", "seconds": "s", "second": "s", "sekunden": "s",
+    **dict.fromkeys(("minute", "minutes", "minuten", "minuti", "minutos", "minuter", "minutter",
+                     "minuty"), "min"),
+    **dict.fromkeys(("hours", "stunden", "heures", "horas"), "h"),
     "millis": "ms", "msec": "ms", "milliseconds": "ms", "usec": "us", "micros": "us", "nsec": "ns",
     "nanoseconds": "ns", "volts": "V", "volt": "V", "vdc": "V", "mvdc": "mV",
     "degrees": "deg", "degree": "deg", "grad": "deg", "grados": "deg", "gradi": "deg",

@@ -19,6 +19,7 @@ Quantity = Literal[
 WORDS: dict[str, Quantity] = {}
 _SPELLINGS: dict[Quantity, str] = {
     "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
+    "minutes minuten minuti minutos minuter minutter minuty hours stunden heures horas sekunden "
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
     "时间 時間 时刻 jikoku jikan aika aeg čas czas zaman idő vrijeme vreme timp laikas χρόνος",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "

@@ -388,6 +388,8 @@ def _stream(
 ) -> LogPlan:  # fmt: skip
     """A recording of one or more cells under a load that is read too."""
     kept = ("time_s", "load_n", "temperature_degc", "session")
+    if "repeat" in entries:  # a recording knows sessions alone: the cell may have been taken out
+        entries = {"session": entries["repeat"], **entries}
     entries = {name: entry for name, entry in entries.items() if name in kept}
     entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
     load, time = (entries[name].column for name in ("load_n", "time_s"))
