@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -107,3 +108,8 @@ def test_the_printed_command_calibrates_the_plate(tmp_path: Path, run: Run) -> N
     done = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "out", "--quiet")
     assert done.exit_code == 0
     assert "foot_a15" in (tmp_path / "out" / "parameters.json").read_text(encoding="utf-8")
+    text = recipe.read_text(encoding="utf-8")
+    placed = re.sub(r"\[robot\.feet\.foot\.cells\]\n(?:a1.*\n)+", "", text)
+    recipe.write_text(placed, encoding="utf-8")
+    said = run("offline-fit", "--recipe", recipe, "--out", tmp_path / "alone")
+    assert "these placements are not used" in said.out
