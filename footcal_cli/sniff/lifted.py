@@ -14,8 +14,8 @@ import numpy as np
 
 from footcal_cli.sniff.bench_cells import cells_of, named_as
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_loads import escaped
-from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.file_loads import Names, escaped, loads_named
+from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.groups import readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import texts_of
@@ -76,8 +76,9 @@ def _zeros_in(file: FileGuess, standing: Part, own: LogPlan | None = None) -> Lo
 
 def in_the_air_apart(group: list[FileGuess]) -> list[list[FileGuess]]:
     """Stands with the same columns in two groups where some are called after a robot in the air."""
-    most = max(map(_carried, group))
-    hung = [file for file in group if _spoken(file) or _carried(file) < _NOTHING * most]
+    weighed = len(group) > 1 and loads_named(Names.of(called([file.path for file in group])))
+    least = 0.0 if weighed else _NOTHING * max(map(_carried, group))  # of weights one may be 0 kg
+    hung = [file for file in group if _spoken(file) or _carried(file) < least]
     if not hung or len(hung) == len(group) or not group[0].of("time"):
         return [group]
     own = (file for file in group if all(file is not one for one in hung))

@@ -151,3 +151,16 @@ def test_cells_that_read_next_to_nothing_are_zeros(
     assert {n for n in found["zeros"].entries if n != "time_s"} == {f"{c}_counts" for c in cells}
     assert not any("cell_index" in said for said in found["weights"].warnings)
     assert not any("newtons a count" in blank.why for blank in found["cells"].blanks)
+
+
+def test_a_file_of_no_weight_is_one_of_the_weights(tmp_path: Path) -> None:
+    logs = []
+    for kg in (0, 10, 20, 40):
+        rng = np.random.default_rng(kg)
+        rows = [f"{0.01 * i:.2f},{4 + 9.5 * kg + rng.normal(0, 0.3):.3f},{rng.normal(0, 0.1):.3f},"
+                f"{rng.normal(0, 0.1):.3f}" for i in range(100)]  # fmt: skip
+        logs.append(tmp_path / f"plate_{kg}kg.csv")
+        logs[-1].write_text("\n".join(["Time,Fz,Mx,My", *rows]) + "\n", encoding="utf-8")
+    (part,) = parts_of([guess_file(path) for path in logs])[0]
+    assert part.plan.role == "weights"
+    assert len(part.paths) == 4
