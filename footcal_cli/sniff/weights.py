@@ -58,8 +58,7 @@ _BY_ITSELF = (
     "taken that every cell carried the whole load by itself; if the load stood on all of them, "
     "give each its share"
 )
-_STRAIGHT = 0.98
-"""How much of a reading's variance the load on a cell explains at least."""
+_STRAIGHT = 0.98  # share of a reading's variance that the load on a cell explains at least
 
 
 def weights(
@@ -118,10 +117,9 @@ def weights(
     if idle and following:
         own = {n: c for n, c in named.items() if c in following}
         kept = weights(file, loads, following, own)
-        used = [e.column for e in kept.entries.values() if e.column is not None]
-        names = {name for c in used for name in (c.column, c.followed_by)}
-        spare = [c.column for c in idle if c.column not in names]
-        said = [f"{', '.join(spare)}: left out, {why}"] if spare else []
+        pairs = {e.column.followed_by for e in kept.entries.values() if e.column is not None}
+        spare = ", ".join(c.column for c in idle if c.column not in pairs)
+        said = (f"{spare}: left out, {why}",) * bool(spare)
         return replace(kept, warnings=(*kept.warnings, *said))
     if len(cells) == 1 or labels:
         cell = cells[0]
@@ -387,10 +385,9 @@ def _stream(
     asked: tuple[Blank, ...],
 ) -> LogPlan:  # fmt: skip
     """A recording of one or more cells under a load that is read too."""
+    runs = {"session": entries["repeat"]} if "repeat" in entries else {}  # it was taken out then
     kept = ("time_s", "load_n", "temperature_degc", "session")
-    if "repeat" in entries:  # a recording knows sessions alone: the cell may have been taken out
-        entries = {"session": entries["repeat"], **entries}
-    entries = {name: entry for name, entry in entries.items() if name in kept}
+    entries = {name: entry for name, entry in (runs | entries).items() if name in kept}
     entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
     load, time = (entries[name].column for name in ("load_n", "time_s"))
     options: tuple[str, ...] = ()
