@@ -20,6 +20,7 @@ from footcal_cli.core.bench.placement_rows import (
     holes_of,
 )
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
+from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
 from footcal_cli.intake.empty_plate import carried, with_others
 from footcal_cli.intake.zeros_of_series import with_own_zeros
@@ -82,6 +83,13 @@ def read_feet(
         held = [] if session.request.logs else session.read(table, "placements_held_out")
         if held:
             apart = read_placements(held, robot, calibration, least, believed=believed)
+    elif (paths := session.recipe.data_paths("placements")) and not session.request.logs:
+        session.note([Finding(
+            "placements_left_out", "warning", ", ".join(path.name for path in paths),
+            "no foot of the recipe has cells: these placements are not used, and the weights alone "
+            "are fitted",
+            "say where the cells sit, in [robot.feet.<name>.cells]",
+        )])  # fmt: skip
     if tables := session.read(cop_points_table()):
         logs["instrument"] = read_cop_points(tables)
     return logs, apart

@@ -15,8 +15,10 @@ _READ_IN = {
 _COARSE_N_PER_COUNT = 0.01
 """From this scale on, that of a coarse converter, a scale is read in mN per count."""
 
-_NO_COUNT = 1.0
-"""From this scale on readings are hardly counts: volts, or forces that something calibrated."""
+_OF_A_FORCE = 1.3
+"""Scales that are all so near one are of forces that something calibrated, in N by their unit."""
+_NO_COUNT = 0.5
+"""From this scale on readings are hardly counts: volts, or what an amplifier made of them."""
 
 
 def display_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
@@ -35,7 +37,10 @@ def display_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
         What a value is multiplied with, and the unit then: 1000 and mm.
     """
     if unit == "N/count":
-        largest = max((abs(v) for v in values if isfinite(v)), default=0.0)
+        sizes = [abs(v) for v in values if isfinite(v)]
+        largest = max(sizes, default=0.0)
+        if largest and max(largest, 1.0 / max(min(sizes), 1e-300)) < _OF_A_FORCE:
+            return 1.0, "N/N"
         if largest >= _NO_COUNT:
             return 1.0, "N per unit read"
         return (1e3, "mN/count") if largest >= _COARSE_N_PER_COUNT else (1e6, "µN/count")

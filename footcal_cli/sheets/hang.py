@@ -39,6 +39,7 @@ POOR_EXCESS = 3.0
 """… where it is more than so many times the scatter from sample to sample."""
 _AS_NOISE = 1.5
 _SHARED_TILT = "what all legs share is the robot's tilt, where they differ it is the mounting"
+_WHAT_REPEATS = "What of it repeats, and why: footcal diagnose --experiment hang."
 _LARGE_TILT_DEG = 10.0
 _SURE_TILT, _SMALL_TILT_RAD = 4.0, 0.002
 _UNEXPLAINED = 0.2
@@ -213,19 +214,24 @@ def verdict(
     excess = fits[worst].misfit(runs[worst])
     poor = sd[worst] > POOR_FORCE_N and excess > POOR_EXCESS
     poor |= any(unequal_gains(parts) for parts in runs.values())
-    compared = (
-        f"{number(excess, 2)} times the noise from sample to sample: something is not in the model"
-        if poor
-        else f"{number(excess, 2)} times the noise from sample to sample"
-        if excess > _AS_NOISE
-        else "as the noise from sample to sample allows"
-    )
     which = "" if len(fits) == 1 else f" ({worst}, the worst of {len(fits)})"
     return VerdictRecord(
         level="warning" if poor else "good",
-        sentence=f"Forces fit to {number(sd[worst], 2)} N sd per axis{which}, {compared}.",
-        details=tuple(details),
+        sentence=f"Forces fit to {number(sd[worst], 2)} N sd per axis{which}"
+        f"{_beside_noise(excess, poor)}.",
+        details=(*details, *([_WHAT_REPEATS] if excess == 0.0 else [])),
     )
+
+
+def _beside_noise(excess: float, poor: bool) -> str:
+    """How a residual compares with the scatter of samples; 0 of it where no attitude has two."""
+    missing = ": something is not in the model" if poor else ""
+    if excess == 0.0:
+        alone = "each attitude has one row, so that nothing says how much of it is noise"
+        return f"{missing}; {alone}"
+    if not poor and excess <= _AS_NOISE:
+        return ", as the noise from sample to sample allows"
+    return f", {number(excess, 2)} times the noise from sample to sample{missing}"
 
 
 def _levels(fits: Mapping[str, HangFit]) -> list[str]:

@@ -12,7 +12,7 @@ from footcal_cli.sniff.file_names import Part
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import FORCES, IN_NEWTON, Entry, LogPlan
-from footcal_cli.sniff.same_names import ends_alike, holds_name, is_word_of
+from footcal_cli.sniff.same_names import ends_alike, holds_name, is_word_of, same_of_a_foot
 
 
 def cells_of(plan: LogPlan) -> dict[str, ColumnGuess]:
@@ -35,10 +35,10 @@ def named_as(plan: LogPlan, cells: Mapping[str, ColumnGuess]) -> dict[str, str]:
 
     As words of theirs: ``PI`` is ``PI_conteggi``. Else at their ends: ``L_FL`` is ``adc_L_FL``,
     ``i1`` is ``lc_i1``, ``lectura_izq_1`` is ``izq_1_kg``. Else anywhere: ``left_foot/cell1`` is
-    ``/left_foot/cell1/force/z``, ``toe_l`` is ``toe_l_cnt``.
+    ``/left_foot/cell1/force/z``, ``toe_l`` is ``toe_l_cnt``. Else by their foot and number.
     """
     names = {cell: column.column for cell, column in cells.items()}
-    for alike in (is_word_of, ends_alike, holds_name):
+    for alike in (is_word_of, ends_alike, holds_name, same_of_a_foot):
         found = {}
         for channel in plan.channels:
             words = {channel, column_of(plan, channel)}

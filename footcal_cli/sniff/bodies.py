@@ -21,26 +21,21 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
-from footcal_cli.sniff.foot_angles import angle_unit, angles_beside
+from footcal_cli.sniff.foot_angles import angle_unit, angles_beside, with_tilts
 from footcal_cli.sniff.groups import wrenches
-from footcal_cli.sniff.guesses import FileGuess, seconds_of
-from footcal_cli.sniff.names import (
-    COMMANDED,
-    common_start,
-    words_of,
-)
+from footcal_cli.sniff.guesses import FileGuess, looked_at_joined, seconds_of
+from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.triples import (
     Axes,
     angles,
     axes_of,
-    by_pieces,
+    frames_of,
     matrices,
     quaternions,
     rotations,
 )
 from footcal_cli.sniff.units import LENGTHS, metres_per
 from footcal_cli.sniff.unnamed import unnamed
-from footcal_cli.tables.sources import stem_of
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 _UP: tuple[WorldUp, ...] = ("+z", "+y", "-z")
@@ -113,20 +108,15 @@ def body_of(file: FileGuess) -> BodyLog | None:
 
     Of several files each column is called after its own.
     """
-    if not file.joined:
-        return _body_of(file)
-    before = f"{stem_of(file.path)}."
-    theirs = tuple(f"{n}." for other in file.joined for n in (stem_of(other.path), other.path.name))
-    plain = {c.column if c.column.startswith(theirs) else before + c.column: c.column
-             for c in file.columns}  # fmt: skip
-    names = {own: name for name, own in plain.items()}
-    body = _body_of(replace(file, columns=tuple(
-        replace(c, column=names[c.column]) for c in file.columns
-    )))  # fmt: skip
-    if body is None:
-        return None
-    columns = tuple(replace(c, column=plain[c.column]) for c in body.file.columns)
-    return replace(body, file=replace(body.file, columns=columns))
+    bodies: list[BodyLog] = []
+
+    def look(called: FileGuess) -> FileGuess | None:
+        body = _body_of(called)
+        bodies.extend([body] if body else [])
+        return body.file if body else None
+
+    found = looked_at_joined(file, look)
+    return replace(bodies[0], file=found) if found else None
 
 
 def _body_of(file: FileGuess) -> BodyLog | None:
@@ -146,7 +136,7 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     vectors = [*vectors, *in_order]
     by_columns = any(_BY_COLUMNS.search(line) for line in file.text.above)
     nine = matrices(named, by_columns=by_columns)
-    turned = [*four, *nine, *angles(named), *frames_in_order]
+    turned = [*four, *nine, *angles(named, file.text.above), *frames_in_order]
     at = np.arange(seconds.min(), seconds.max(), GRID_S)
     logged = [
         moved for axes in vectors
@@ -165,13 +155,13 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     roles = {"com": com, **_derivatives(in_metres, others)}
     placed = {c.column for m in (com, *feet) for c in m.axes.columns.values()}
     turned = [t for t in turned if not placed & {c.column for c in t.columns.values()}]
-    frames, by_order = _frames(feet, turned), ""
+    frames = frames_of([f.axes for f in feet], turned)
+    vectored = {c.column for axes in vectors for c in axes.columns.values()}
+    spare_columns = [c for c in named if c.column not in vectored]
+    swings = [np.interp(seconds, at, _steps(f)) > _HALF for f in feet]
     if not frames:
-        vectored = {c.column for axes in vectors for c in axes.columns.values()}
-        spare_columns = [c for c in named if c.column not in vectored]
-        swings = [np.interp(seconds, at, _steps(f)) > _HALF for f in feet]
         frames = dict(enumerate(angles_beside([f.axes for f in feet], swings, spare_columns)))
-        by_order = ", roll, pitch and yaw by their order"
+    frames = {i: with_tilts(axes, swings[i], spare_columns) for i, axes in frames.items()}
     used = {c.column for m in roles.values() for c in m.axes.columns.values()}
     used |= {c.column for axes in frames.values() for c in axes.columns.values()}
     spare = [m for m in others if m.axes.columns["x"].column not in used]
@@ -179,10 +169,12 @@ def _body_of(file: FileGuess) -> BodyLog | None:
         roles["rate"] = rate
     middle = np.mean([f.values[:, :2] for f in feet], axis=0)
     way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
-    read = {i: angle_unit(axes, way) for i, axes in frames.items() if "yaw" in axes.columns}
+    read = {
+        i: angle_unit(axes, way, file.text.above)
+        for i, axes in frames.items()
+        if "yaw" in axes.columns
+    }
     units = {i: read[i][0] if i in read else "" for i in frames}
-    read = {i: (unit, f"{said}{by_order}" if said else "")
-            for i, (unit, said) in read.items()}  # fmt: skip
     heading = None
     if 0 in frames:
         heading = np.unwrap(np.nan_to_num(headings(turn @ rotations(frames[0], units[0]))))
@@ -365,20 +357,3 @@ def _momentum_rate(com: _Moving, others: Sequence[_Moving], above: Sequence[str]
     if called:
         return called[0]
     return left[0][1] if len(left) == 1 else None
-
-
-def _frames(feet: Sequence[_Moving], turned: Sequence[Axes]) -> dict[int, Axes]:
-    """Foot -> its orientation: the names begin alike, or share most, more than of all feet."""
-    alike = len(common_start([f.axes.before for f in feet]))
-    found = {}
-    same = [[axes for axes in turned if axes.before == f.axes.before] for f in feet]
-    for i, foot in enumerate(feet):
-        if same[i] and [f.axes.before for f in feet].count(foot.axes.before) == 1:
-            found[i] = next((axes for axes in same[i] if "w" in axes.columns), same[i][0])
-            continue
-        shared = [(len(common_start([foot.axes.before, axes.before])), axes) for axes in turned]
-        most = max((n for n, _ in shared), default=0)
-        own = [axes for n, axes in shared if n == most]
-        if most > alike or (most and len(feet) == 1):
-            found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
-    return found or by_pieces([f.axes for f in feet], turned)

@@ -131,6 +131,8 @@ def of_the_feet(
             elif axis in ROLL_PITCH_YAW:
                 unit, said = units[i]
                 why = "an angle next to the foot's place"
+                why += f", {frames[i].why}" if frames[i].why else ""
                 why += f", in {unit} by {said}" if said else f"; nothing says that it is in {unit}"
-                taken(column, name, f"{axis}_rad", unit, why, "likely" if said else "guess")
+                sure: Sure = "likely" if said and not frames[i].why else "guess"
+                taken(column, name, f"{axis}_rad", unit, why, sure)
     return made

@@ -84,7 +84,10 @@ def with_channel(plan: LogPlan, called: dict[str, str], expression: str, why: st
         file_name=expression, why=why,
         names={word: name for word, name in called.items() if word != name},
     )  # fmt: skip
-    entries = {k: v for k, v in plan.entries.items() if not k.endswith("_counts")}
+    entries = {
+        "repeat" if k == "session" and v.column and v.column.quantity == "repeat" else k: v
+        for k, v in plan.entries.items() if not k.endswith("_counts")
+    }  # fmt: skip
     if "counts" not in entries and not plan.wide:
         entries["counts"] = next(v for k, v in plan.entries.items() if k.endswith("_counts"))
     return replace(

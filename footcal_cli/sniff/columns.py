@@ -37,7 +37,7 @@ from footcal_cli.sniff.motors import without_supply
 from footcal_cli.sniff.names import NameGuess, name_guess, words_of
 from footcal_cli.sniff.pivots import pivot_of, said_once
 from footcal_cli.sniff.registers import joined_registers
-from footcal_cli.sniff.rounds import with_rounds
+from footcal_cli.sniff.rounds import only_numbers, with_rounds, with_stances
 from footcal_cli.sniff.silent import MEASURED, no_reading
 from footcal_cli.sniff.spoken_labels import said_between
 from footcal_cli.sniff.text import TextGuess, guess_text
@@ -65,8 +65,6 @@ from footcal_cli.tables.sources import at_rows
 from footcal_cli.tables.units import TIMES
 
 _NICE_STEPS, _OFTEN = 1e-6, 0.5
-_DIFFERENT = 4
-"""So many different numbers are no state of a machine."""
 _LEAST_ROWS, _LARGEST, _STRAIGHT = 5, 1e5, 0.99
 _COUNTS_UP_TO = 100
 """How far a column that numbers rows or poses may count, in rows."""
@@ -214,8 +212,8 @@ def _by_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Columns whose names say little, by their numbers; time by how it increases."""
     found = without_derived(with_flight_angles(without_supply(one_statistic(columns))))
     found = _without_silent(one_clock([_numbered(c) for c in without_orders(found)], found))
-    found = noted_in_seconds(_newtons(_only_numbers(in_frames(one_time(first_in_time(found))))))
-    found = with_rounds(with_temperatures(found))
+    found = noted_in_seconds(_newtons(only_numbers(in_frames(one_time(first_in_time(found))))))
+    found = with_stances(with_rounds(with_temperatures(found)))
     if not any(column.quantity in ("load", "com") for column in found):
         counted = [_counted(c) for c in found]
         loads = [c for c in counted if c.quantity == "load"]
@@ -294,18 +292,6 @@ def _sign_by_load(column: ColumnGuess, load: FloatArray) -> ColumnGuess:
     ):
         return replace(column, values=read, wraps_at=None)
     return column
-
-
-def _only_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
-    """The one column of numbers in a log is what was read, whatever it is called (``state``)."""
-    some = [c for c in columns if c.values is not None and c.quantity != "time"]
-    if len(some) != 1 or some[0].quantity != "other" or some[0].unit in NO_READING:
-        return columns
-    numbers = some[0].values
-    if numbers is None or np.unique(numbers[np.isfinite(numbers)]).size < _DIFFERENT:
-        return columns
-    taken = some[0].as_quantity("reading", "guess", "the only numbers in the log")
-    return [taken if c is some[0] else c for c in columns]
 
 
 def _without_silent(columns: list[ColumnGuess]) -> list[ColumnGuess]:

@@ -79,7 +79,7 @@ def alike_part(group: list[FileGuess]) -> Part | None:
     if plates is not None:
         return plates
     six = wrenches(numbered(first))
-    if len(six) > 1 or (six and first.of("label")):
+    if six:
         plan = _turned_in_all(group, plan)
     stated = first.of("load") or first.of("label")
     if loads_named(names) is not None and readings(first) and displayed(group):
@@ -133,8 +133,12 @@ def alike_part(group: list[FileGuess]) -> Part | None:
 
 
 def _turned_in_all(group: list[FileGuess], plan: LogPlan | None) -> LogPlan | None:
-    """The plan of legs whose attitude changes from file to file, as all files show it."""
-    if plan is None or attitude_of(numbered(group[0]), None) is None:
+    """The plan of what hangs in another attitude in each file, as all files show it."""
+    first = numbered(group[0])
+    one = len(wrenches(first)) == 1 and not first.of("label")
+    said = [{*c.words} for file in group for c in file.of("orientation")]
+    turned = any(words != said[0] for words in said)
+    if plan is None or not (turned or (not one and attitude_of(first, None) is not None)):
         return plan
     whole = plan_of(as_one(group, ()))
     if whole is None or whole.role != "hang":

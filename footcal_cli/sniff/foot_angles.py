@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess, numbers_of
+from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.triples import ROLL_PITCH_YAW, Axes
+from footcal_cli.sniff.units import known_unit
+from footcal_cli.sniff.vocabulary import ANGLES
 
 _PARTS = 10
 """Parts of a walk whose directions are compared with the headings in them."""
@@ -21,6 +25,8 @@ _CLEARLY = 0.5
 """The right unit leaves so small a share of what the other leaves."""
 _DEGREES = re.compile(r"(?i)[\[(]\s*(?:der|derece|gr|grd|st|stop|aste)\.?\s*[\])]")
 """Degrees as they are cut short behind an angle; ``der`` alone is a side, too."""
+_SAID = re.compile(r"(?<![^\W\d])(?<!/)(?:[^\W\d_]+|°)(?!\w|/| ?[CF]\b)")
+"""What may be a unit in a sentence; ``°C`` and ``rad/s`` are none of angles."""
 _STEEPEST_RAD, _ALL_BUT = 1.3, 0.995
 """No sole rolls or pitches as far from how it stands, but in a few rows."""
 _WHOLE_TURN_DEG, _LAGS, _FASTER = 360.0, 1000, 2.0
@@ -51,9 +57,35 @@ def angles_beside(
                 if c.column.startswith(place.before) and c.column not in own]  # fmt: skip
         if not place.before or len(rest) != len(ROLL_PITCH_YAW) or not _turn_with(rest, moves):
             return []
-        found.append(Axes(place.before, "", dict(zip(ROLL_PITCH_YAW, rest, strict=True))))
+        own = dict(zip(ROLL_PITCH_YAW, rest, strict=True))
+        found.append(Axes(place.before, "", own, f"{', '.join(ROLL_PITCH_YAW)} by their order"))
     tails = {tuple(c.column[len(axes.before) :] for c in axes.columns.values()) for axes in found}
     return found if len(tails) == 1 else []
+
+
+def with_tilts(frame: Axes, moves: BoolArray, columns: Sequence[ColumnGuess]) -> Axes:
+    """A frame of which only the yaw is called so, or yaw and another, with those beside it.
+
+    Their names differ from the yaw's by one word, and they are angles by their unit, or change
+    faster while the foot moves. Pitch stands between yaw and roll: ``L_gier L_stamp L_rol``.
+    """
+    missing = [axis for axis in ROLL_PITCH_YAW if axis not in frame.columns]
+    known = {c.column: axis for axis, c in frame.columns.items()}
+    whole = rf"{re.escape(frame.before)}[^\W\d_]{{2,}}{re.escape(frame.after)}"
+    three = [c for c in columns if re.fullmatch(whole, c.column)]
+    rest = [c for c in three if c.column not in known]
+    if "yaw" not in frame.columns or not frame.before or len(rest) != len(missing) or not rest:
+        return frame
+    unit = frame.columns["yaw"].unit
+    if {c.unit for c in rest} != {unit} or not (unit or _turn_with(rest, moves)):
+        return frame
+    order = ROLL_PITCH_YAW if known.get(three[-1].column) == "yaw" else ROLL_PITCH_YAW[::-1]
+    named = dict(zip(order, three, strict=True))
+    if len(rest) == 1:
+        named = {**frame.columns, missing[0]: rest[0]}
+    if any(named[axis].column != c.column for axis, c in frame.columns.items()):
+        return frame
+    return replace(frame, columns=named, why=f"{' and '.join(missing)} by what stands beside it")
 
 
 def _turn_with(three: Sequence[ColumnGuess], moves: BoolArray) -> bool:
@@ -71,7 +103,9 @@ def _turn_with(three: Sequence[ColumnGuess], moves: BoolArray) -> bool:
     return bool(np.mean(way[good & swing]) > _FASTER * np.mean(way[good & ~swing]))
 
 
-def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:
+def angle_unit(
+    axes: Axes, way: NDArray[np.complex128], above: Sequence[str] = ()
+) -> tuple[str, str]:
     """Unit of a frame's angles, and by what; by nothing where it is a guess.
 
     Feet turn as the way turns that they go: of walks in the foot's own heading, the directions lie
@@ -83,6 +117,8 @@ def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:
         Roll, pitch and yaw.
     way
         Where the feet are on the floor at the same rows, x + iy, shape (n,).
+    above
+        Lines above the table, and notes.
     """
     if (said := axes.columns["yaw"].unit) in ("rad", "deg"):
         return said, "its name"
@@ -93,6 +129,13 @@ def angle_unit(axes: Axes, way: NDArray[np.complex128]) -> tuple[str, str]:
     steep = [float(np.nanquantile(np.abs(t - np.nanmedian(t)), _ALL_BUT)) for t in tilts]
     if float(np.nanmax(np.abs(yaw))) > 2.0 * np.pi or max(steep, default=0.0) > _STEEPEST_RAD:
         return "deg", "its size"
+    stem = axes.before.strip("_. [(").lower()
+    own = [x for x in above if len(stem) > 1 and stem in x.lower()]
+    called = [x for x in above if {*words_of(x)} & ANGLES.keys()]
+    for lines in (own, called):
+        units = {known_unit(word) for x in lines for word in _SAID.findall(x)} & {"deg", "rad"}
+        if len(units) == 1:
+            return str(units.pop()), "what is said of it above the table"
     rad, deg = (_apart(heading, way) for heading in (yaw, np.radians(yaw)))
     if min(rad, deg) < _CLEARLY * max(rad, deg):
         return ("rad" if rad < deg else "deg"), "how it turns with the way of the feet"

@@ -6,6 +6,7 @@ Room: sniff; asked by several.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -13,7 +14,10 @@ import numpy as np
 
 from footcal_cli.sniff.cells import WHERE, toml_key
 from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.groups import slug
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
+from footcal_cli.sniff.hole_sheets import texts_of
+from footcal_cli.sniff.listed_places import names_of_rows
 from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.plan import Blank, LogPlan
 from footcal_cli.sniff.same_names import is_word_of, plainly
@@ -24,8 +28,11 @@ _LARGEST_M = 2.0
 """No robot is longer; places without a unit that lie further out are in mm."""
 _LARGEST_FOOT_M = 0.5
 _AXIS = re.compile(r"[_. ][fv]?[xyz]$", re.IGNORECASE)
-_INDEX, _LAST = re.compile(r"\[(\d+)\]"), re.compile(r"(\d+)\]?$")
-"""Of a list in a text, and of the column of one of its numbers: ``[0]``, ``left/force[0]``."""
+_INDEX, _LAST = re.compile(r"(?:\D*[\W_])?(\d+)\]?"), re.compile(r"(\d+)\]?$")
+"""Of a list in a text, and of the column of one of its numbers: ``[0]``, ``left/force[0]``.
+
+All cells of a foot are listed: numbers of holes are more.
+"""
 _Places = Mapping[str, tuple[float, ...]]
 
 
@@ -48,19 +55,23 @@ def with_places(
 
 def _places(sheet: FileGuess, axes: str, largest_m: float) -> _Places:
     """Names of a sheet's rows -> x, y (and z) in m; empty where it is no such sheet."""
-    named = [c for c in sheet.columns if c.codes is not None and len(c.words) == sheet.rows]
     at = {
         axis: [c for c in sheet.columns
                if c.values is not None and re.split(r"[\W_]", c.column.lower())[0] == axis]
         for axis in axes
     }  # fmt: skip
-    if not named or any(len(columns) != 1 for columns in at.values()):
+    if any(len(columns) != 1 for columns in at.values()):
         return {}
     columns = [at[axis][0] for axis in axes]
+    others = [c for c in sheet.columns if c not in columns]
+    whole = (c.words for c in others if c.codes is not None and len(c.words) == sheet.rows)
+    names = next(whole, ()) or names_of_rows([own for c in others if (own := texts_of(c))])
+    if not names:
+        return {}
     far = max(float(abs(numbers_of(c)).max()) for c in columns)
     guess = "m" if far < largest_m else "mm"
     places = [numbers_of(c) * metres_per(c.unit or guess) for c in columns]
-    return dict(zip(named[0].words, map(tuple, np.column_stack(places).tolist()), strict=True))
+    return dict(zip(names, map(tuple, np.column_stack(places).tolist()), strict=True))
 
 
 def _with_legs(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
@@ -90,20 +101,27 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     if asked is None or not places:
         return plan
     by_address = {name_guess(name).address or name: at for name, at in places.items()}
+    by_channel = {slug(name): at for name, at in places.items()}
     holes = plan.entries.get("hole_x_m")  # one sheet may place cells and holes
     called = {n: at for n, at in places.items() if holes is None or n not in holes.names}
-    by_index = {int(f[1]): at for n, at in places.items() if (f := _INDEX.fullmatch(n))}
+    by_index = {(name_guess(n).side, int(f[1])): at
+                for n, at in called.items() if (f := _INDEX.fullmatch(n))}  # fmt: skip
+    of_feet = Counter(channel.partition("_")[0] for channel in plan.channels)
+    said = Counter(side for side, _ in by_index)
+    listed = len(by_index) == len(places) and all(
+        count == said.get(foot, said[""]) for foot, count in of_feet.items()
+    )
     feet: dict[str, list[str]] = {}
     for channel in plan.channels:
         # cells of placements are called within their foot
         names = (f"{channel}_counts", f"{channel.partition('_')[2]}_counts")
-        read = next((plan.entries[name] for name in names if name in plan.entries), None)
+        read = next((plan.read[name] for name in names if name in plan.read), None)
         own = "" if read is None or read.column is None else read.column.column
-        at = places.get(own) or places.get(channel) or by_address.get(channel)
+        at = places.get(own) or by_channel.get(channel) or by_address.get(channel)
         foot, _, cell = channel.partition("_")
         at = at or _within(own, called) or {n.lower(): at for n, at in called.items()}.get(cell)
-        if at is None and len(by_index) == len(places) and (f := _LAST.search(split_unit(own)[0])):
-            at = by_index.get(int(f[1]))  # both feet alike
+        if at is None and listed and (f := _LAST.search(split_unit(own)[0])):
+            at = by_index.get((foot, int(f[1])), by_index.get(("", int(f[1]))))
         if at is None:
             return plan
         line = f"{toml_key(cell)} = {{ x_m = {at[0]:.5g}, y_m = {at[1]:.5g} }}"

@@ -23,6 +23,8 @@ _BEFORE_AXIS = re.compile(
 
 _READ_IN = (*LOADS, *VOLTAGES, "mV/V")
 _BRACKETS = re.compile(r"\s*\[[^\[\]]*[^\W\d][^\[\]]*\]\s*$")
+_FOLLOWED = 0.98
+"""How much of the variance of what a transducer read the wrench of a rig explains."""
 _SHIFTED = 5.0
 """What two plates bear together varies by so much less than what goes from one to the other."""
 
@@ -54,6 +56,17 @@ def wrenches(file: FileGuess) -> dict[str, dict[str, ColumnGuess]]:
         owner_of(name): whole.get((name, "foot"), group)
         for (name, _), group in whole.items()
     }  # fmt: skip
+
+
+def follows(felt: Mapping[str, ColumnGuess], put: Mapping[str, ColumnGuess]) -> bool:
+    """Whether six axes of one wrench explain each of another, crosstalk and offsets included."""
+    x, y = (np.column_stack([numbers_of(own[axis]) for axis in AXES]) for own in (put, felt))
+    good = np.isfinite(x).all(axis=1) & np.isfinite(y).all(axis=1)
+    if put is felt or good.sum() <= 2 * len(AXES):
+        return False
+    x, y = (v[good] - v[good].mean(axis=0) for v in (x, y))
+    left = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
+    return bool(np.all((left**2).sum(axis=0) < (1.0 - _FOLLOWED) * (y**2).sum(axis=0)))
 
 
 def _stem(column: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -13,6 +13,7 @@ from footcal_cli.core.parameters import FloatArray, IntArray
 from footcal_cli.sniff.names import NameGuess, Quantity
 from footcal_cli.sniff.text import TextGuess
 from footcal_cli.tables.reading import Layout
+from footcal_cli.tables.sources import stem_of
 from footcal_cli.tables.units import TIMES
 
 Sure = Literal["sure", "likely", "guess"]
@@ -132,6 +133,24 @@ class FileGuess:
     def of(self, *quantities: str) -> list[ColumnGuess]:
         """Columns taken for any of these."""
         return [column for column in self.columns if column.quantity in quantities]
+
+
+def looked_at_joined(
+    file: FileGuess, look: Callable[[FileGuess], FileGuess | None]
+) -> FileGuess | None:
+    """What `look` makes of a log whose columns are all called after their own files."""
+    if not file.joined:
+        return look(file)
+    before = f"{stem_of(file.path)}."
+    theirs = tuple(f"{n}." for other in file.joined for n in (stem_of(other.path), other.path.name))
+    plain = {c.column if c.column.startswith(theirs) else before + c.column: c.column
+             for c in file.columns}  # fmt: skip
+    names = {own: name for name, own in plain.items()}
+    called = tuple(replace(c, column=names[c.column]) for c in file.columns)
+    found = look(replace(file, columns=called))
+    if found is None:
+        return None
+    return replace(found, columns=tuple(replace(c, column=plain[c.column]) for c in found.columns))
 
 
 def as_one(group: Sequence[FileGuess], more: Sequence[ColumnGuess]) -> FileGuess:

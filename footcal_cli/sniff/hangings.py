@@ -27,18 +27,32 @@ _REACT = (
     "axis that all orientations leave level: their six axes were turned round"
 )
 _TURNED = "each name was turned round: it says which axis points up, so the legs have weight"
-NOT_ONE_WEIGHT = Blank(
+_NOT_ONE_WEIGHT = Blank(
     ("# body_qx … body_qw, or gravity_x gravity_y gravity_z, of every row, in the transducer's",
      "# own axes if it turns with the leg"),
     "in the orientations named the forces are not one weight's: a transducer may turn with its leg",
 )  # fmt: skip
 
 
+_ONE_ORIENTATION = (
+    "every row is in the one orientation {}: one alone does not separate weight from offset; give "
+    "the logs of the others, too"
+)
 NO_ATTITUDE = Blank(
     ('# body_qx = "…"    # the attitude: body_qx … body_qw, or body_roll_rad …, or',
      "#                  # body_r11 … body_r33, or gravity_x gravity_y gravity_z"),
     "the log has no attitude, so nothing says which way gravity pulls",
 )  # fmt: skip
+
+
+def not_one_weight(column: ColumnGuess) -> Blank:
+    """What is asked where the orientations that a column names explain no forces."""
+    if len({*column.words}) > 1:
+        return _NOT_ONE_WEIGHT
+    return Blank(
+        ("# in [data]: hang = […], a log of each orientation, and its name above",),
+        _ONE_ORIENTATION.format(column.words[0]),
+    )
 
 
 def unnamed(column: ColumnGuess) -> Blank:

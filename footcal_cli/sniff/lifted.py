@@ -12,9 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from footcal_cli.sniff.bench_cells import cells_of, named_as
 from footcal_cli.sniff.experiment import plan_of
-from footcal_cli.sniff.file_loads import escaped
-from footcal_cli.sniff.file_names import Part
+from footcal_cli.sniff.file_loads import Names, escaped, loads_named
+from footcal_cli.sniff.file_names import Part, called
+from footcal_cli.sniff.groups import readings
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hole_sheets import texts_of
 from footcal_cli.sniff.names import name_guess, words_of
@@ -31,6 +33,8 @@ IN_THE_AIR = re.compile(
 _IDLE = 0.1
 """How far readings of an empty plate may spread, as a share of what they do under a weight."""
 
+_NOTHING = 0.05
+"""Share of what cells read under a robot that they read at most in the air, if they are tared."""
 _AT_AN_END = 0.1
 """How far a zero may lie from the end of a cell's readings, as a share of their range."""
 
@@ -44,12 +48,14 @@ def with_lifted(
     standing = standing or [part for part in cells if _stands(part)]
     if len(standing) > 1:  # one that hangs may have the body's motion, too
         standing = [part for part in standing if not _spoken(part.plan.file)]
+        most = max((_carried(part.plan.file) for part in standing), default=0.0)
+        standing = [part for part in standing if _carried(part.plan.file) > _NOTHING * most]
     if len(standing) != 1:
         return list(parts), list(others)
     made = [
         replace(part, plan=zeros)
         if part.plan.role in ("cells", "weights_stream")
-        and (zeros := _zeros_in(part.plan.file, standing[0]))
+        and (zeros := _zeros_in(part.plan.file, standing[0], part.plan))
         else part
         for part in parts
     ]
@@ -63,17 +69,20 @@ def with_lifted(
     return made, left
 
 
-def _zeros_in(file: FileGuess, standing: Part) -> LogPlan | None:
+def _zeros_in(file: FileGuess, standing: Part, own: LogPlan | None = None) -> LogPlan | None:
     """The plan for zeros side by side, below each other, or with a row for each foot."""
-    return _zeros(file, standing) or _listed(file, standing) or _by_foot(file, standing)
+    return _zeros(file, standing, own) or _listed(file, standing) or _by_foot(file, standing)
 
 
 def in_the_air_apart(group: list[FileGuess]) -> list[list[FileGuess]]:
     """Stands with the same columns in two groups where some are called after a robot in the air."""
-    hung = [file for file in group if _spoken(file)]
+    weighed = len(group) > 1 and loads_named(Names.of(called([file.path for file in group])))
+    least = 0.0 if weighed else _NOTHING * max(map(_carried, group))  # of weights one may be 0 kg
+    hung = [file for file in group if _spoken(file) or _carried(file) < least]
     if not hung or len(hung) == len(group) or not group[0].of("time"):
         return [group]
-    plan = plan_of(next(file for file in group if not _spoken(file)))
+    own = (file for file in group if all(file is not one for one in hung))
+    plan = plan_of(next(own))
     if plan is None or plan.role != "cells":
         return [group]
     return [[file for file in group if all(file is not own for own in hung)], hung]
@@ -90,29 +99,47 @@ def _spoken(file: FileGuess, *names: str) -> bool:
     return any(IN_THE_AIR.fullmatch(word) for word in words)
 
 
+def _carried(file: FileGuess) -> float:
+    """What the cells of a log read, the sum of their medians: of a robot in the air next to none.
+
+    Counts that nobody tared are far from zero either way.
+    """
+    return float(sum(abs(np.nanmedian(numbers_of(c))) for c in readings(file)))
+
+
 def _idle(empty: ColumnGuess, loaded: ColumnGuess) -> bool:
     """Whether a cell carries nothing in one log, by how far it moves in another."""
     spans = [float(np.nanmax(v) - np.nanmin(v)) for v in map(numbers_of, (empty, loaded))]
     return spans[0] < _IDLE * spans[1]
 
 
-def _zeros(file: FileGuess, standing: Part) -> LogPlan | None:
-    """The plan for a log of a robot in the air; None where it is of other cells, or stands."""
+def _zeros(file: FileGuess, standing: Part, plan: LogPlan | None) -> LogPlan | None:
+    """The plan for a log of a robot in the air; None where it is of other cells, or stands.
+
+    `plan` is what the log would be by itself: its cells may have other names than where they stand.
+    """
     read = {n: e for n, e in standing.plan.entries.items() if n.endswith("_counts")}
-    own = {c.column: c for c in file.columns if c.values is not None}
-    wanted = [e.column.column for e in read.values() if e.column is not None]
-    if file is standing.plan.file or not wanted or not set(wanted) <= set(own):
+    columns = {c.column: c for c in file.columns if c.values is not None}
+    own = {n: columns.get(e.column.column) for n, e in read.items() if e.column is not None}
+    if None in own.values() and plan is not None:
+        alike = named_as(plan, cells_of(standing.plan))
+        own |= {f"{cell}_counts": plan.entries[f"{channel}_counts"].column
+                for channel, cell in alike.items()}  # fmt: skip
+    found = {n: c for n, c in own.items() if c is not None}
+    if file is standing.plan.file or not found or len(found) < len(own):
         return None
     plate = standing.plan.role == "placements"
-    if plate and not all(_idle(own[e.column.column], e.column) for e in read.values() if e.column):
+    if plate and not all(_idle(found[n], e.column) for n, e in read.items() if e.column):
         return None
-    if not _spoken(file) and (file.of("com") or (file.of("time") and not plate)):
+    bare = not file.of("load") and _carried(file) < _NOTHING * _carried(standing.plan.file)
+    stamped = bool(file.of("time")) and not plate and not bare
+    if not _spoken(file) and (file.of("com") or stamped):
         return None
     foot = standing.plan.channels[0].partition("_")[0] if plate else ""
     entries: dict[str, Entry] = {
-        f"{foot}_{name}" if plate else name: replace(entry, column=own[entry.column.column])
-        for name, entry in read.items() if entry.column is not None
-    }  # fmt: skip
+        f"{foot}_{name}" if plate else name: replace(read[name], column=column)
+        for name, column in found.items()
+    }
     where = "nothing on the plate" if plate else "the robot in the air"
     return LogPlan(
         file, f"the same cells with {where}: their zeros",

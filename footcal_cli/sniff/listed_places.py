@@ -6,14 +6,19 @@ Room: sniff; asked by notes.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 
+from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.text import TextGuess
 from footcal_cli.sniff.units import LENGTHS, known_unit
+from footcal_cli.sniff.vocabulary import SIDES
 from footcal_cli.tables.reading import Layout
 
 _NUMBER = r"[-+−]?\d+(?:[.,]\d+)?"
@@ -23,21 +28,57 @@ _THREE = (
     rf"(?:[xX]\s*[=:]\s*)?(?P<x>{_NUMBER}){_BETWEEN}(?P<y>{_NUMBER})(?:{_BETWEEN}(?P<z>{_NUMBER}))?"
 )
 _ROW = re.compile(
-    rf"^[\s|*+-]*`?{_NAME}`?\s*(?:[:|=]|\bat\b)[\s|(\[]*{_THREE}\s*(?:mm|cm|m|in)?[\s|)\].;,]*$"
+    rf"^[\s|*+-]*`?{_NAME}`?\s*(?:\((?P<said>[^()|\d]*)\)\s*)?(?:[:|=]|\bat\b)(?:[^|\d]*\|)?"
+    rf"[\s|(\[]*{_THREE}\s*(?:mm|cm|m|in)?[\s|)\].;,]*$"
 )
-"""A line for each place: its name, then two or three numbers and nothing else."""
+"""A line for each place: its name, then two or three numbers and nothing else.
+
+A remark may say what the name means: ``| VF (venstre for) | 105 | 40 |``, ``| 1 | toe | 9 | 4 |``.
+"""
+_ANGLE = r"(?:\s+(?:[^\W\d_]{1,4}\s+)?\d+(?:[.,]\d+)?\s*(?:°|[^\W\d_]{3,})[,:]?)?"
 _INLINE = re.compile(
-    rf"(?:{_NAME}|(?P<index>\[\d+\]))\s*[:=]?\s*\(\s*{_THREE}\s*(?:mm|cm|m|in)?\s*\)"
+    rf"(?:{_NAME}|(?P<index>\[\d+\])){_ANGLE}\s*[:=]?\s*\(\s*{_THREE}\s*(?:mm|cm|m|in)?\s*\)"
 )
-"""Places in a sentence: ``A (60, 35), B (60, -35)``, or of a list's: ``[0] (60, 35), [1] …``."""
+"""Places in a sentence: ``A (60, 35), B (60, -35)``, or of a list's: ``[0] (60, 35), [1] …``.
+
+The angle of a round plate may stand before each: ``A12 a 90 gradi (x=0, y=62)``.
+"""
 _UNIT = re.compile(r"(?<![\w/])(mm|cm|m|inch|inches|[\[(]in[\])])(?![\w/²^])")
 """Units of lengths; ``in`` without brackets is a word."""
+_PAIR = re.compile(
+    rf"(?P<open>[\[(])?\s*(?P<x>{_NUMBER})\s*(?:[;/]|,(?=\s|.*[\])]))\s*(?P<y>{_NUMBER})"
+    rf"(?:\s*[;/,]\s*(?P<z>{_NUMBER}))?\s*(?:mm|cm|m|in)?\s*[\])]?"
+)
+"""A place in one cell of a table: ``0.085, 0.042`` below ``left (x, y)``, or in brackets."""
+_RUN = re.compile(
+    r"(?<!\w)(?P<first>[A-Z]|\d+)(?:\s*(?:\.{2,3}|…|[-–])\s*|\s+[^\W\d_]{1,3}\s+)"
+    r"(?P<last>[A-Z]|\d+)(?!\w)[^=\d]{0,25}?"
+    rf"\b(?P<axis>[xyXY])\s*=\s*(?P<list>{_NUMBER}(?:\s*[,;]\s*{_NUMBER})+)"
+)
+_ONE = re.compile(
+    rf"(?<!\w)(?P<name>[A-Z]|\d+)\s*(?::|\bat\b)\s*(?P<axis>[xyXY])\s*=\s*(?P<number>{_NUMBER})"
+)
+"""Rows of holes along one axis: ``1..6 at x = -80, -40 …``, or each by itself: ``A: y = 35``."""
+_X_AND_Y = re.compile(r"(?i)\bx\b.*\by\b")
+_AXES = {"x", "y"}
 _HEADING_LINES = 4
 _LEAST = 3
 
 
+@dataclass(frozen=True)
+class _Place:
+    """A place in line `at`, its name, x, y (and z) as written, and what stands before it there."""
+
+    at: int
+    name: str
+    numbers: Mapping[str, str | None]
+    before: str = ""
+
+
 def places_in(path: Path, text: str) -> FileGuess | None:
     """A sheet of the places that a text lists, each under a name of its own; None without three.
+
+    Names that come twice are distinguished by the foot that is said before them.
 
     Parameters
     ----------
@@ -45,26 +86,179 @@ def places_in(path: Path, text: str) -> FileGuess | None:
         The notes, and what stands in them.
     """
     lines = text.splitlines()
-    rows = [(i, found) for i, line in enumerate(lines) if (found := _ROW.match(line))]
-    if len(rows) < _LEAST:
-        inline = [[(i, found) for found in _INLINE.finditer(line)] for i, line in enumerate(lines)]
-        most = max(map(len, inline), default=0)
-        # of a list in one sentence, a pair of numbers in another is none
-        rows = [row for own in inline if most < _LEAST or len(own) > 1 for row in own]
-        counted = [row for row in rows if row[1]["index"]]
-        rows = counted if len(counted) >= _LEAST else rows
-    names = tuple((found["name"] or found.groupdict()["index"]).strip() for _, found in rows)
+    rows = [_Place(i, _called(f), f.groupdict()) for i, line in enumerate(lines)
+            if (f := _ROW.match(line)) and ("|" in line) == ("|" in line[f.end("x"):f.start("y")])
+            ]  # fmt: skip
+    rows = next((r for r in (rows, _in_cells(lines)) if len(r) >= _LEAST), _in_sentences(lines))
+    names = tuple(row.name for row in rows)
+    if len({*names}) < len(names):
+        names = tuple(f"{_foot(row, lines)} {row.name}".strip() for row in rows)
+    if len({*names}) < len(names):
+        rows = _under_axes(lines)
+        names = tuple(row.name for row in rows)
     if len(names) < _LEAST or len({*names}) < len(names):
         return None
-    axes = "xyz" if all(found["z"] for _, found in rows) else "xy"
-    about = lines[max(rows[0][0] - _HEADING_LINES, 0) : rows[-1][0] + 1]
-    units = {known_unit(u) for line in about for u in _UNIT.findall(line)} & {*LENGTHS}
+    axes = "xyz" if all(row.numbers["z"] for row in rows) else "xy"
+    places = [[_number(str(row.numbers[axis])) for axis in axes] for row in rows]
+    return _sheet(path, names, places, lines, rows[0].at, rows[-1].at)
+
+
+def grid_in(path: Path, text: str) -> FileGuess | None:
+    """A sheet of holes that letters and numbers of rows name: ``1..3 at x = 0, 40, 80; A: y = 5``.
+
+    Which of both comes first in a name, an example in the text says; else the letter does.
+    """
+    at: dict[str, dict[str, dict[str, float]]] = {}
+    lines = text.splitlines()
+    said = [i for i, line in enumerate(lines) if _RUN.search(line) or _ONE.search(line)]
+    for found in (f for i in said for f in _RUN.finditer(lines[i])):
+        names = _run(found["first"], found["last"])
+        for sign in (r";", r",(?=\s)", r","):
+            parts = re.split(sign, found["list"])
+            if len(parts) == len(names):
+                kind = at.setdefault("1" if names[0].isdigit() else "A", {})
+                own = dict(zip(names, map(_number, parts), strict=True))
+                kind.setdefault(found["axis"].lower(), own)
+    for found in (f for i in said for f in _ONE.finditer(_RUN.sub("", lines[i]))):
+        kind = at.setdefault("1" if found["name"].isdigit() else "A", {})
+        kind.setdefault(found["axis"].lower(), {})[found["name"]] = _number(found["number"])
+    axes = {kind: next(iter(own)) for kind, own in at.items() if len(own) == 1}
+    if {*axes.values()} != {"x", "y"} or len(axes) != 2:
+        return None
+    letters, numbers = (at[kind][axes[kind]] for kind in "A1")
+    first = next(iter(letters)) + next(iter(numbers))
+    turned = re.search(rf"\b{first[::-1]}\b", text) and not re.search(rf"\b{first}\b", text)
+    named = {(n + a if turned else a + n): {axes["A"]: v, axes["1"]: w}
+             for a, v in letters.items() for n, w in numbers.items()}  # fmt: skip
+    if len(named) < _LEAST:
+        return None
+    places = [[place["x"], place["y"]] for place in named.values()]
+    return _sheet(path, tuple(named), places, lines, said[0], said[-1])
+
+
+def _run(first: str, last: str) -> list[str]:
+    """Letters or numbers from the first to the last: ``A`` … ``D``, ``1`` … ``6``."""
+    if first.isdigit() and last.isdigit():
+        return [str(n) for n in range(int(first), int(last) + 1)]
+    return [chr(n) for n in range(ord(first[0]), ord(last[0]) + 1)]
+
+
+def _number(written: str) -> float:
+    return float(written.strip().replace(",", ".").replace("−", "-"))
+
+
+def _sheet(
+    path: Path, names: tuple[str, ...], places: Sequence[Sequence[float]],
+    lines: Sequence[str], first: int, last: int,
+) -> FileGuess:  # fmt: skip
+    """Places (n, 2 or 3) in the unit that the lines about them name, or the whole text."""
+    near = lines[max(first - _HEADING_LINES, 0) : last + 1]
+    said = ({known_unit(u) for line in some for u in _UNIT.findall(line)} & {*LENGTHS}
+            for some in (near, lines))  # fmt: skip
+    units = next((units for units in said if units), set())
     unit = units.pop() if len(units) == 1 else None
     why = f"listed in {path.name}"
     columns = [ColumnGuess("name", NameGuess("label"), None, "likely", why, words=names,
                            codes=np.arange(len(names)))]  # fmt: skip
-    for axis in axes:
-        numbers = [float(f[axis].replace(",", ".").replace("−", "-")) for _, f in rows]
+    for axis, numbers in zip("xyz", np.array(places).T, strict=False):
         columns.append(ColumnGuess(axis, NameGuess("hole", axis), unit, "likely", why,
-                                   values=np.array(numbers)))  # fmt: skip
+                                   values=numbers))  # fmt: skip
     return FileGuess(path, TextGuess(Layout()), tuple(columns), len(names))
+
+
+def _called(found: re.Match[str]) -> str:
+    """The name of a place: the shorter of two that say the same, ``venstre for (VF)``."""
+    name, said = found["name"].strip(), (found["said"] or "").strip()
+    return said if said.isupper() and " " in name and " " not in said else name
+
+
+def _in_cells(lines: Sequence[str]) -> list[_Place]:
+    """Places in cells of a table, under the first cell of their row and the head of their column.
+
+    The head counts where several columns hold places: ``left (x, y)`` and ``right (x, y)``. Two
+    numbers are a place in brackets, below x and y or a length, or where some are negative.
+    """
+    columns, head = dict[tuple[str, ...], list[tuple[int, str, re.Match[str]]]](), list[str]()
+    for i, line in enumerate(lines):
+        cells = [cell.strip(" `*") for cell in line.strip().strip("|").split("|")]
+        pairs = {k: f for k, cell in enumerate(cells) if k and (f := _PAIR.fullmatch(cell))}
+        if len(cells) < 2 or (not pairs and not {*line} <= {*"|-: "}):
+            head = cells
+        for k, pair in pairs.items() if len(cells) == len(head) else ():
+            columns.setdefault((*head, head[k]), []).append((i, cells[0], pair))
+    columns = {
+        key: own for key, own in columns.items()
+        if _X_AND_Y.search(key[-1]) or _UNIT.search(key[-1])
+        or any(f["open"] or {*f[0]} & {*"-−"} for _, _, f in own)
+    }  # fmt: skip
+    found = []
+    for key, own in columns.items():
+        foot = re.sub(r"\W+$", "", re.split(r"[\[(]|\bx\b", key[-1])[0])
+        alone = [other[:-1] for other in columns].count(key[:-1]) == 1
+        for i, name, pair in own:
+            found.append(_Place(i, name if alone else f"{foot} {name}", pair.groupdict()))
+    return sorted(found, key=lambda place: place.at)
+
+
+def _under_axes(lines: Sequence[str]) -> list[_Place]:
+    """Places in the columns x and y (and z) of a table, named by what stands before them."""
+    table = {i: [cell.strip(" `*") for cell in line.strip().strip("|").split("|")]
+             for i, line in enumerate(lines) if "|" in line and re.search(r"\w", line)}  # fmt: skip
+    head = next((own for own in table.values() if {*_axes_in(own)} >= _AXES), [])
+    at = _axes_in(head)
+    rows = {i: own for i, own in table.items() if len(own) == len(head) and
+            all(re.fullmatch(_NUMBER, own[k]) for k in at.values())}  # fmt: skip
+    before = [[own[k] for own in rows.values()] for k in range(min(at.values(), default=0))]
+    places = [{"z": None} | {axis: own[k] for axis, k in at.items()} for own in rows.values()]
+    named = zip(rows, names_of_rows(before), places, strict=False)
+    return [_Place(i, name, numbers) for i, name, numbers in named]
+
+
+def _axes_in(head: Sequence[str]) -> dict[str, int]:
+    """Axis -> the column that is called after it: ``x``, ``y [mm]``."""
+    return {f[0].lower(): k for k, cell in enumerate(head) if (f := re.match(r"[xyzXYZ]\b", cell))}
+
+
+def names_of_rows(columns: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """A name of its own for each row: texts of one column, or of a foot and a cell: ``left toe``.
+
+    Empty where no column and no two have them; numbers alone are those of holes as well.
+
+    >>> names_of_rows([["L", "L", "R", "R"], ["toe", "heel", "toe", "heel"]])
+    ('left toe', 'left heel', 'right toe', 'right heel')
+    """
+    for texts in columns:
+        if len({*texts}) == len(texts) and re.search(r"[^\W\d_]", "".join(texts)):
+            return tuple(texts)
+    for one, other in permutations(columns, 2):
+        words = [*dict.fromkeys(one)]
+        sides = [name_guess(f"foot_{word}").side for word in words]
+        sides = sides if {*sides} == {"left", "right"} else by_letters(words)
+        names = [f"{sides[words.index(a)]} {b}" for a, b in zip(one, other, strict=True) if sides]
+        if sides and len({*names}) == len(names):
+            return tuple(names)
+    return ()
+
+
+def _in_sentences(lines: Sequence[str]) -> list[_Place]:
+    """Places of a list in one sentence; a pair of numbers in another is none of them."""
+    inline = [[*_INLINE.finditer(line)] for line in lines]
+    most = max(map(len, inline), default=0)
+    rows = [(i, f) for i, own in enumerate(inline) if most < _LEAST or len(own) > 1 for f in own]
+    counted = [row for row in rows if row[1]["index"]]
+    return [
+        _Place(i, (f["name"] or f["index"]).strip(), f.groupdict(), lines[i][: f.start()])
+        for i, f in (counted if len(counted) >= _LEAST else rows)
+    ]
+
+
+def _foot(row: _Place, lines: Sequence[str]) -> str:
+    """The foot that is said last before a place, in its line or in those above."""
+    before = "\n".join([*lines[max(row.at - _HEADING_LINES, 0) : row.at], row.before])
+    return ["", *sides_said(before)][-1]
+
+
+def sides_said(text: str) -> list[str]:
+    """Left and right as a text says them, in any language; ``der`` is a word and no side."""
+    words = re.findall(r"[^\W\d_]{4,}", text.lower())
+    return [SIDES[word] for word in words if word in SIDES]

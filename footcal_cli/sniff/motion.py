@@ -21,6 +21,7 @@ from footcal_cli.sniff.names import COMMANDED, words_of
 from footcal_cli.sniff.plan import Entry, of, times
 from footcal_cli.sniff.triples import MATRIX, ROLL_PITCH_YAW
 from footcal_cli.sniff.units import LENGTHS, known_unit, metres_per, split_unit
+from footcal_cli.sniff.vocabulary import SOLES
 from footcal_cli.tables.world import TO_Z_UP, WorldUp
 
 _STEP_M, _AWAY, _AWAY_M = 0.03, 0.7, 0.5
@@ -42,7 +43,7 @@ _IN_A_POSE = re.compile(r"[tp][xyz]")
 _MOMENTUM = {"ldot", "hdot", "angmom", "dl", "dh"}
 _MOMENTUM_RATE = re.compile(r"(?:d[lh]|[lh]dot)([xyz])")
 """dLx, HdotY: written in one word."""
-_FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "sole", "ankle"}
+_FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "ankle", *SOLES}
 _LEGS = {"fl", "fr", "ml", "mr", "hl", "hr", "rl", "rr"}
 _BEHIND = {"ml", "mr", "hl", "hr", "rl", "rr"}
 _AT = {"pos", "position", "p", "x", "y", "z", "yaw"}
@@ -103,7 +104,7 @@ def _level(entries: dict[str, Entry]) -> dict[str, Entry]:
 def _on_the_floor(entries: dict[str, Entry]) -> dict[str, Entry]:
     """The motion with z = 0 for feet of which x and y alone are logged: soles flat on the floor."""
     feet = [name.removesuffix("_foot_x_m") for name in entries if name.endswith("_foot_x_m")]
-    if not {"com_x_m", "com_y_m", "com_z_m"} <= set(entries):
+    if not {"com_x_m", "com_y_m"} <= set(entries):
         return entries
     flat = [foot for foot in feet if f"{foot}_foot_y_m" in entries]
     if len(flat) < len(feet) or any(f"{foot}_foot_z_m" in entries for foot in feet):

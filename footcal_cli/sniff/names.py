@@ -91,8 +91,7 @@ _COMPOUNDS: tuple[tuple[str, Quantity], ...] = (
 _NO_FORCE = {"com", "acc", "gyro", "imu", "position", "pos", "pose", "translation"}
 _JOINTS = {"hip", "knee", "joint", "joints", "waist", "motor"}
 """What is driven: its torque is that of a motor, which no cell under a foot feels."""
-_TICKS = {"sampletimefine": ("ms", 0.1)}
-"""Clocks whose unit stands in their maker's manual: Xsens counts tenths of a millisecond."""
+_TICKS = {"sampletimefine": ("ms", 0.1)}  # tenths of a ms by Xsens' manual
 _ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
                 "aceleracion", "accélération", "accelerazione", "aceleração"}  # fmt: skip
 _TURNED = {"theta", "euler", "angle", "rpy", "rotvec", "angolo", "angulo", "ángulo", "ângulo"}
@@ -153,10 +152,6 @@ class NameGuess:
         return "_".join(part for part in (self.side, self.place) if part) or self.owner
 
 
-def _small(centre: re.Match[str]) -> str:
-    return f"_{centre[0].lower()}_"  # ddCoM is dd, com
-
-
 def _as_zone(found: re.Match[str]) -> str:
     return f"{found[1]}_{'medial' if found[2].lower().startswith('i') else 'lateral'}"
 
@@ -178,7 +173,8 @@ def words_of(name: str) -> list[str]:
         name = phrase.sub(f" {said} ", name)
     for word, said in EAST_ASIAN.items():
         name = name.replace(word, f" {said} ")
-    words = [word.lower() for word in _CAMEL.findall(_CENTRE.sub(_small, name))]
+    name = _CENTRE.sub(lambda centre: f"_{centre[0].lower()}_", name)  # ddCoM is dd, com
+    words = [word.lower() for word in _CAMEL.findall(name)]
     return [part for word in words for part in _parts_of(word)]
 
 
@@ -222,6 +218,8 @@ def name_guess(name: str) -> NameGuess:
         quantity = joint_angle({*words}, unit) or quantity
     if quantity == "unknown" and len(stem) > 1 and (clock := known_unit(stem)) in TIMES:
         quantity, unit = "time", clock  # sec, Sekunden
+    if quantity == "time" and unit is None:  # Minutes after load change
+        unit = next((u for w in words if len(w) > 3 and (u := known_unit(w)) in TIMES), None)
     owner = "_".join(w for w in rest if w not in used and w not in NOISE)
     if quantity == "force" and axis and words[-1].isdigit() and words[-1] not in owner:
         owner = f"{owner}_{words[-1]}".strip("_")  # plates are counted: Fx1, Fx2
@@ -230,8 +228,10 @@ def name_guess(name: str) -> NameGuess:
 
 def without_side(name: str, side: str) -> str:
     """A name without the word or the letter that its side begins it with: ``links_2`` is 2."""
-    called = "|".join(sorted((w for w, s in SIDES.items() if s == side), key=len, reverse=True))
-    return re.sub(rf"^(?:(?:{called})(?=_|\d|$)|{called})_?", "", name)
+    sides = (sorted((w for w, s in words.items() if s == side), key=len, reverse=True)
+             for words in (SIDES, WITH_A_LEG))  # fmt: skip
+    called, more = map("|".join, sides)
+    return re.sub(rf"^(?:(?:{called}|{more})(?=_|\d|$)|{called})_?", "", name)
 
 
 def _address(words: list[str]) -> tuple[str, str, list[str]]:

@@ -30,6 +30,7 @@ from footcal_cli.sniff.plan import (
     times,
 )
 from footcal_cli.sniff.shared_weight import loaded_places, share_one_weight
+from footcal_cli.sniff.side_by_side import by_rounds
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.sniff.which_cell import as_label, followers, named_alike, one_cell_moves
 
@@ -171,9 +172,15 @@ def _with_load(
     file: FileGuess, point: ColumnGuess | None, places: Mapping[str, Entry], put: Entry,
     cells: Sequence[ColumnGuess],
 ) -> LogPlan:  # fmt: skip
+    rounds = by_rounds(cells)
+    cells = next(iter(rounds.values()), cells)
     sides = {c.name.side for c in cells}
     side = sides.pop() if len(sides) == 1 else ""
-    named = {_within(_as_written(name, c), side): c for name, c in channel_names(cells).items()}
+    names = [_within(_as_written(name, c), side) for name, c in channel_names(cells).items()]
+    read = [
+        {f"{name}_counts": reading_entry(c) for name, c in zip(names, own, strict=True)}
+        for own in (rounds.values() or [cells])
+    ]
     labels = [c for c in file.of("label") if c.words and (not point or c.column != point.column)]
     repeats = [
         c for c in file.of("repeat")
@@ -184,17 +191,18 @@ def _with_load(
         "placement": of(point) if point else Entry(value="point", why="no name of the points"),
         **places,
         "load_n": put,
-        **({"repeat": of(repeats[0])} if repeats else {}),
+        **({"repeat": of(repeats[0])} if repeats and not rounds else {}),
         **times(file, needed=False)[0],
-        **{f"{n}_counts": reading_entry(c) for n, c in named.items()},
+        **(read[0] if not rounds else {}),
     }
     feet = labels[0].words if labels else (side or "foot",)
     forces = all(c.unit in FORCES for c in cells)  # what they are off by, placements show
     return LogPlan(
         file, "a known weight over known holes of a foot", "holes, a load and readings", "likely",
-        "offline-fit", "placements", entries, channels_of(feet, tuple(named)),
+        "offline-fit", "placements", entries, channels_of(feet, names),
+        dict(zip(rounds, read, strict=False)), "repeat" if rounds else "channel",
         robot=(IN_NEWTON,) * forces,
-        blanks=(where_cells(feet, tuple(named)), *(WEIGHTS,) * (not forces)),
+        blanks=(where_cells(feet, names), *(WEIGHTS,) * (not forces)),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def by_foot(part: Part) -> Part:
     if not all(sides.values()) or len({*sides.values()}) < 2:
         return part
     feet = tuple(dict.fromkeys(sides.values()))
-    cells = tuple(n.removesuffix("_counts") for n in plan.entries if n.endswith("_counts"))
+    cells = tuple(name.removesuffix("_counts") for name in plan.read)
     entry = Entry(file_name=names.expression, names=sides, why="the files' names")
     blanks = tuple(where_cells(feet, cells) if b.why == WHERE else b for b in plan.blanks)
     entries = {**plan.entries, "foot": entry}

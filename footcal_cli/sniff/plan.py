@@ -130,6 +130,12 @@ class LogPlan:
     zeros_where: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
+    def read(self) -> dict[str, Entry]:
+        """Readings of cells, ``<cell>_counts``; of several rounds those of the first."""
+        every = {**next(iter(self.wide.values()), {}), **self.entries}
+        return {name: entry for name, entry in every.items() if name.endswith("_counts")}
+
+    @property
     def ready(self) -> bool:
         """Whether the command runs as it is."""
         return not any(blank.needed for blank in self.blanks)
@@ -189,7 +195,7 @@ def cell_name(word: str) -> str:
 
 
 IN_NEWTON = (
-    "[robot.nameplate]    # the log has newtons; how far they may be off\n"
+    "[robot.nameplate]    # readings are forces already, used in N; how far they may be off\n"
     "scale_n_per_count = 1.0\nscale_relative_sd = 0.05\nbias_sd_n = 5.0"
 )
 """What the cells of a log are known by that has forces already."""

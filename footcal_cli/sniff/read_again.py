@@ -16,6 +16,8 @@ from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_
 from footcal_cli.sniff.names import common_start
 from footcal_cli.sniff.one_cell import in_one_row
 from footcal_cli.sniff.plan import Blank, Entry, LogPlan, of, reading_entry
+from footcal_cli.sniff.texts import directions_of
+from footcal_cli.sniff.units import split_unit
 from footcal_cli.tables.reading import READ_AGAIN
 
 _AGAIN = 0.02
@@ -36,7 +38,8 @@ def read_again(
     entries, asked
         What the plan has besides them.
     """
-    if not _A_WORD.search(common_start([c.column for c in cells])):
+    ways = directions_of([split_unit(c.column)[0] for c in cells]) if len(cells) == 2 else {}
+    if not ways and not _A_WORD.search(common_start([c.column for c in cells])):
         return None
     label = next((c for c in labels if _agree(c, cells)), None)
     if label is None:
@@ -44,11 +47,13 @@ def read_again(
     first = codes_of(label) == 0
     own = [replace(c, values=numbers_of(c)[first]) for c in cells]
     once = in_one_row(replace(load, values=numbers_of(load)[first]), own)
-    wide = {str(i): {"counts": reading_entry(c)} for i, c in enumerate(cells, 1)}
+    into = "direction" if ways else READ_AGAIN if once else "repeat"
+    keys = [*ways.values()] if ways else [str(i) for i in range(1, len(cells) + 1)]
+    wide = {key: {"counts": reading_entry(c)} for key, c in zip(keys, cells, strict=True)}
     return LogPlan(
         file, f"known weights, {len(cells)} readings of a cell in each row",
         "readings of a row that agree, and a column of cells", "likely", "offline-fit", "weights",
-        {**entries, "channel": of(label)}, label.words, wide, READ_AGAIN if once else "repeat",
+        {**entries, "channel": of(label)}, label.words, wide, into,
         blanks=asked,
     )  # fmt: skip
 
@@ -59,9 +64,9 @@ def _agree(label: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
     if len(label.words) < 2 or any(numbers_of(c).size != codes.size for c in cells):
         return False
     table = np.column_stack([numbers_of(c) for c in cells])
-    apart, middle = np.ptp(table, axis=1), table.mean(axis=1)
+    if not np.isfinite(table).any(axis=1).all():  # at the top of a ladder there is no way down
+        return False
+    apart = np.nanmax(table, axis=1) - np.nanmin(table, axis=1)
+    middle = np.nanmean(table, axis=1)
     groups = [codes == i for i in range(len(label.words))]
-    return all(
-        np.isfinite(middle[rows]).all() and apart[rows].max() < _AGAIN * np.ptp(middle[rows])
-        for rows in groups if rows.any()
-    )  # fmt: skip
+    return all(apart[rows].max() < _AGAIN * np.ptp(middle[rows]) for rows in groups if rows.any())

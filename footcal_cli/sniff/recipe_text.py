@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os.path
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,10 @@ from typing import Any
 from footcal_cli.sniff.file_names import Part, called
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.plan import Blank, Entry, of, rate_said
+from footcal_cli.sniff.said_mounts import said_mount
 from footcal_cli.tables.reading import BLANKS, Layout
 
-_ROBOT = "# [robot]"
+_ROBOT, _FEET = "# [robot]", "# [robot.feet."
 _DIAGNOSED = {
     "static-init": "stand", "online-replay": "walk", "hang-calib": "hang", "pose-calib": "pose"
 }  # fmt: skip
@@ -22,10 +24,11 @@ _UNTURNED = (
     "# transducer_rotation_rpy_rad = [0.0, 0.0, 0.0]    # from its frame to the logged foot's"
 )
 _MOUNTED = (
-    "# if known: no log says how the transducer is mounted.\n"
-    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame\n"
-    "# weight_below_n = 0.0    # what hangs below the transducer"
+    "# transducer_position_m = [0.0, 0.0, 0.0]    # in the logged foot frame",
+    "# weight_below_n = 0.0    # what hangs below the transducer",
+    "# com_below_m = [0.0, 0.0, 0.0]    # its CoM from the transducer, in the transducer's axes",
 )
+_IF_KNOWN = "# if known: no log says how the transducer is mounted."
 
 
 def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
@@ -46,14 +49,13 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     lines += ["", "[robot]", '# name = "…"    # the robot, where several share a laboratory']
     if channels and all(part.plan.role != "placements" for part in parts):
         lines.append(f"channels = [{', '.join(_quoted(c) for c in dict.fromkeys(channels))}]")
-    blanks = list(dict.fromkeys(blank for part in parts for blank in part.plan.blanks))
+    blanks = _each_once([blank for part in parts for blank in part.plan.blanks])
     for blank in blanks:
         if blank.lines[0] == _ROBOT:  # that table stands there already
             lines += [_asked(blank), *blank.lines[1:]]
     tables: dict[str, str] = {}
     for part in parts:
-        turned = part.plan.mounting or _UNTURNED
-        feet = (f"[robot.feet.{_key(foot)}]\n{turned}\n{_MOUNTED}" for foot in part.plan.feet)
+        feet = (f"[robot.feet.{_key(foot)}]\n{_mounted(part, foot)}" for foot in part.plan.feet)
         for table in (*part.plan.robot, *feet):
             tables.setdefault(table.splitlines()[0], table)  # hanging and standing share legs
     lines += [line for line in tables.values() if not line.startswith("[")]
@@ -87,6 +89,33 @@ def recipe_text(parts: Sequence[Part], target: Path, command_line: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _each_once(blanks: Sequence[Blank]) -> list[Blank]:
+    """What is to be filled in, each table once: logs of the same feet ask for the same places."""
+    feet: dict[str, dict[str, dict[str, None]]] = {}
+    for blank in blanks:
+        table = ""
+        for line in blank.lines if blank.lines[0].startswith(_FEET) else ():
+            table = line if line.startswith(_FEET) else table
+            feet.setdefault(blank.why, {}).setdefault(table, {})[line] = None
+    lines = {why: tuple(x for own in tables.values() for x in own) for why, tables in feet.items()}
+    return list(dict.fromkeys(
+        replace(blank, lines=lines[blank.why]) if blank.lines[0].startswith(_FEET) else blank
+        for blank in blanks
+    ))  # fmt: skip
+
+
+def _mounted(part: Part, foot: str) -> str:
+    """How the transducer at a foot is mounted, by the forces or the notes, and what is open."""
+    own = [part.plan.mounting] if part.plan.mounting else []
+    said = said_mount(part.plan.file.text.above, foot).lines()
+    own += [line for line in said if not (own and "rotation" in line)]
+    asked = [line for line in (_UNTURNED, *_MOUNTED)
+             if not any(x.startswith(line[2:].partition(" ")[0]) for x in own)]  # fmt: skip
+    if part.plan.mounting:
+        asked = [line for line in asked if line is not _UNTURNED]
+    return "\n".join([*own, *((_IF_KNOWN, *asked) if asked else ())])
+
+
 def _diagnosed(parts: Sequence[Part]) -> str:
     """What `diagnose` calls the one experiment next to weights; empty for several, and weights."""
     commands = {part.plan.command for part in parts} - {"offline-fit"}
@@ -114,7 +143,8 @@ def next_step(parts: Sequence[Part], command_line: str) -> str:
         to_do = f", what is marked TO FILL IN filled in ({open_yet})" if open_yet else ""
         after += f"; after it {name}, with its parameters.json{to_do}"
     if plan.command == "offline-fit" and (kind := _diagnosed(parts)):
-        after += f"; then diagnose (experiment {kind}) says what the model lacks"
+        last = "with the parameters.json written last"
+        after += f"; then diagnose (experiment {kind}), {last}, says what the model lacks"
     return f"{said}{command}{after}"
 
 

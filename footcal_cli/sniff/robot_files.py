@@ -90,15 +90,15 @@ def with_one_name(
         if part.plan.role != "weights":
             foot = part.plan.entries.get("foot")
             before = f"{foot.value}_" if foot is not None and foot.value else ""
-            for name, entry in part.plan.entries.items():
-                if name.endswith("_counts") and entry.column is not None:
+            for name, entry in part.plan.read.items():
+                if entry.column is not None:
                     cell = before + name.removesuffix("_counts")
                     cells[entry.column.column] = cells[without_unit(entry.column.column)] = cell
                     columns.setdefault(entry.column.column, entry.column)
     feet = [foot for part in parts for foot in feet_of(part.plan)]
     within = {
         name.removesuffix("_counts"): e.column for part in parts if feet_of(part.plan)
-        for name, e in part.plan.entries.items() if name.endswith("_counts") and e.column
+        for name, e in part.plan.read.items() if e.column
     }  # fmt: skip
     streamed = {name: column for part in parts for name, column in cells_of(part.plan).items()}
     renamed = [

@@ -1,6 +1,7 @@
-"""Numbers of rounds: what counts up by one and begins again while all that is read comes again.
+"""Numbers of rounds, and what numbers alone in a log are: readings, or a count of what begins.
 
-Room: sniff; asked by columns. Loads are followed by readings; a round holds all of them.
+Room: sniff; asked by columns. Loads are followed by readings; a round holds all of them, counts
+up by one and begins again.
 """
 
 from __future__ import annotations
@@ -10,9 +11,14 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.guesses import ColumnGuess
 from footcal_cli.sniff.texts import FEW
+from footcal_cli.sniff.units import NO_READING
 
 _LEAST_ROWS = 3
 """Rows that a round has at least."""
+_COUNTS, _DIFFERENT = 5, 4
+"""Rows that count up by no chance; so many different numbers are no state of a machine."""
+_HELD = 20
+"""Rows through which no reading stays the same, time after time."""
 _ALL_OF_IT = 0.7
 """Share of a reading's span that it passes in every round."""
 
@@ -36,6 +42,29 @@ def with_rounds(columns: list[ColumnGuess]) -> list[ColumnGuess]:
             made = column.as_quantity("repeat", "likely", "counts rounds: all readings come again")
             return [made if c is column else c for c in columns]
     return columns
+
+
+def with_stances(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """A table's columns beside a CoM, with a number that each stance has for itself as its number.
+
+    A whole number that stays for many rows and does not come again is no reading of a cell.
+    """
+    if not any(c.quantity == "com" for c in columns):
+        return columns
+    return [
+        c.as_quantity("sequence", "likely", "the number of a stance: it stays through each")
+        if c.quantity in ("unknown", "reading") and c.values is not None and c.unit is None
+        and _is_of_stances(c.values) else c for c in columns
+    ]  # fmt: skip
+
+
+def _is_of_stances(number: FloatArray) -> bool:
+    """Whether whole numbers (n,) stay for many rows each, and none comes again."""
+    if not np.isfinite(number).all() or np.any(number != np.round(number)):
+        return False
+    begins = np.flatnonzero(np.diff(number, prepend=np.nan) != 0)
+    long = np.diff(np.append(begins, number.size)).min() >= _HELD
+    return bool(long and 1 < begins.size == np.unique(number).size)
 
 
 def is_a_round(number: FloatArray, read: list[FloatArray]) -> bool:
@@ -62,3 +91,27 @@ def is_a_round(number: FloatArray, read: list[FloatArray]) -> bool:
 def _span(values: FloatArray) -> float:
     good = values[np.isfinite(values)]
     return float(np.ptp(good)) if good.size else 0.0
+
+
+def only_numbers(columns: list[ColumnGuess]) -> list[ColumnGuess]:
+    """The one column of numbers in a log is what was read, whatever it is called (``state``).
+
+    One that counts up by one, the last row aside, says which part of a session begins.
+    """
+    clock = {c.nanoseconds for c in columns}
+    some = [c for c in columns
+            if c.values is not None and c.quantity != "time" and c.column not in clock]  # fmt: skip
+    numbers = some[0].values if len(some) == 1 else None
+    if numbers is None:
+        return columns
+    bare = some[0].quantity in ("reading", "unknown", "other") and some[0].unit is None
+    up = numbers.size >= _COUNTS and abs(numbers[0]) <= 1 and np.all(np.diff(numbers[:-1]) == 1)
+    if bare and up:
+        counted = some[0].as_quantity("sequence", "likely", "counts up from row to row")
+        return [counted if c is some[0] else c for c in columns]
+    if some[0].quantity != "other" or some[0].unit in NO_READING:
+        return columns
+    if np.unique(numbers[np.isfinite(numbers)]).size < _DIFFERENT:
+        return columns
+    taken = some[0].as_quantity("reading", "guess", "the only numbers in the log")
+    return [taken if c is some[0] else c for c in columns]

@@ -15,6 +15,7 @@ from footcal_cli.core.plausibility import TOTAL_RANGE
 from footcal_cli.sniff.guesses import numbers_of
 from footcal_cli.sniff.placed import WEIGHT
 from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, LogPlan
+from footcal_cli.sniff.said_axes import with_left_asked
 from footcal_cli.sniff.said_gravity import with_gravity
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, known_unit
@@ -46,6 +47,14 @@ _OF_A_PART = re.compile(
     r"pata|werkzeug|outil|herramienta|utensile|fuß|fuss|pied|piede|pie)\b"
 )
 """Words with which a mass is not that of all that stands there."""
+_WITHOUT = re.compile(
+    r"(?i)\b(?:without|w/o|excl\w*|exkl\w*|minus|less|ohne|sans|sin|senza|sem|zonder|uten|uden|utan|bez|"
+    r"ilman|nélkül)\b"
+)
+_REMARK = re.compile(
+    r"(?i)[,;(]|\b(?:with|includ\w*|incl|mit|inkl\w*|samt|avec|con|com|med|met|inclu\w*|compris)\b"
+)
+"""What a robot was weighed with stands behind its mass: ``41.3 kg with battery and feet``."""
 _LISTED = re.compile(
     r"(?i)\b(?:loads|weights|masses|gewichte|lasten|charges|cargas|pesi|massen|poids|vikter)\b"
 )
@@ -60,7 +69,7 @@ _FAR = 30.0
 
 def as_said_above(plan: LogPlan) -> LogPlan:
     """The plan with masses and gravity as they stand above; asked for where numbers contradict."""
-    return with_gravity(_with_load(_with_mass(_with_put(plan))))
+    return with_left_asked(with_gravity(_with_load(_with_mass(_with_put(plan)))))
 
 
 def _with_put(plan: LogPlan) -> LogPlan:
@@ -84,15 +93,24 @@ def _masses(above: Sequence[str]) -> dict[float, str]:
     """Masses in kg of all that stands there -> the line that says each."""
     found = {}
     for line in above:
-        for said in () if _OF_A_PART.search(line) else _MASS.finditer(line):
+        of_a_part = _OF_A_PART.search(_without_remark(line))
+        for said in () if of_a_part else _MASS.finditer(line):
             unit = known_unit(said["before"] or "") or known_unit(said["after"] or "")
             if unit in LOADS and (newton := _newton(said["number"], unit)) > 0:
                 found[round(newton / GRAVITY_MPS2, 6)] = line.strip()
         alone = [*IN_WORDS.finditer(line)]
-        if _HAS_ROBOT.search(line) and len(alone) == 1 and not _OF_A_PART.search(line):
+        if _HAS_ROBOT.search(line) and len(alone) == 1 and not of_a_part:
             unit = known_unit(alone[0][2]) or alone[0][2]
             found[round(_newton(alone[0][1], unit) / GRAVITY_MPS2, 6)] = line.strip()
     return found
+
+
+def _without_remark(line: str) -> str:
+    """A line with one mass, of a robot, up to what is said behind it: ``…, feet included``."""
+    alone = [*IN_WORDS.finditer(line)]
+    if len(alone) != 1 or _WITHOUT.search(line) or not _HAS_ROBOT.search(line, 0, alone[0].start()):
+        return line
+    return line[: alone[0].end()] + _REMARK.split(line[alone[0].end() :])[0]
 
 
 def _newton(number: str, unit: str) -> float:

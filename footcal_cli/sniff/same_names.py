@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.units import split_unit
 
 
@@ -30,6 +31,17 @@ def ends_alike(name: str, word: str) -> bool:
     """Whether one of two names ends with the other."""
     name, word = plainly(name), plainly(word)
     return name.endswith(word) or word.endswith(name)
+
+
+def same_of_a_foot(name: str, word: str) -> bool:
+    """Whether two names say one foot and end with one number: ``left_0``, ``/left/cells.data[0]``.
+
+    >>> same_of_a_foot("/left_foot/load_cells.data[0]", "left_0")
+    True
+    """
+    feet = {name_guess(own).side for own in (name, word)}
+    counted = {tuple(re.findall(r"\d+", split_unit(own)[0])[-1:]) for own in (name, word)}
+    return len(feet) == len(counted) == 1 and feet != {""} and counted != {()}
 
 
 def holds_name(name: str, word: str) -> bool:

@@ -15,8 +15,8 @@ from footcal_cli.sniff.groups import AT_THE_FOOT
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.hangings import (
     NO_ATTITUDE,
-    NOT_ONE_WEIGHT,
     OF_THE_BODY,
+    not_one_weight,
     of_a_body,
     unnamed,
 )
@@ -130,7 +130,7 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         missing = (
             _turned_along(file, six)
             or _dead_axis(six)
-            or (NOT_ONE_WEIGHT if orientation else TURNED),
+            or (not_one_weight(orientation[0]) if orientation else TURNED),
         )
     elif pose is None and orientation:
         missing = (unnamed(orientation[0]),)

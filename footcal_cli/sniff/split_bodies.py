@@ -17,6 +17,7 @@ from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, seconds_of
 from footcal_cli.sniff.motion import is_momentum_rate
 from footcal_cli.sniff.names import NameGuess
+from footcal_cli.sniff.stands import standing
 from footcal_cli.sniff.triples import angles, axes_of
 from footcal_cli.sniff.unnamed import unnamed
 from footcal_cli.tables.sources import stem_of
@@ -44,11 +45,13 @@ def joined_body(files: Sequence[FileGuess]) -> list[FileGuess]:
         if own:
             joined.append(file)
             columns += own
-    body = body_of(replace(first, columns=tuple(columns), joined=tuple(joined)))
-    if body is None:
+    every = replace(first, columns=tuple(columns), joined=tuple(joined))
+    body = body_of(every)
+    found = standing(every) if body is None else body.file
+    if found is every or not joined:
         return list(files)
-    cells = _cells_beside(first, joined, body)
-    used = {c.column for c in body.file.of("com", "com_acc", "motion")} | {*cells}
+    cells = {} if body is None else _cells_beside(first, joined, body)
+    used = {c.column for c in found.of("com", "com_acc", "motion")} | {*cells}
     used |= {called(first, file, c) for file in joined for c in _moments(file)}
     theirs = [file for file in joined if used & {called(first, file, c) for c in file.columns}]
     there = {called(first, file, c) for file in theirs for c in file.columns}

@@ -6,16 +6,20 @@ left and a right foot; the CoM is the one other place that lies above their midd
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
+from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.foot_angles import angle_unit
-from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
-from footcal_cli.sniff.names import name_guess
-from footcal_cli.sniff.triples import Axes, angles, axes_of, quaternions
+from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, looked_at_joined
+from footcal_cli.sniff.motion import body_entries
+from footcal_cli.sniff.names import common_start, name_guess
+from footcal_cli.sniff.triples import Axes, angles, axes_of, frames_of, quaternions
 from footcal_cli.sniff.units import LENGTHS
 from footcal_cli.sniff.vocabulary import WITH_A_LEG
 
@@ -25,50 +29,65 @@ _ABOVE, _BESIDE = 0.5, 1.5
 
 
 def standing(file: FileGuess) -> FileGuess:
-    """A log with the CoM and the feet of stances taken for that; as it is where it has none."""
-    if file.of("com"):
+    """A log with the CoM and the feet of stances taken for that; as it is where it has none.
+
+    Of several files that are one stream the feet may be named by their files alone.
+    """
+    if file.of("com") and not file.joined and "left_foot_x_m" in body_entries(file):
         return file
+    return looked_at_joined(file, _standing) or file
+
+
+def _standing(file: FileGuess) -> FileGuess | None:
     vectors = [v for v in axes_of([c for c in file.columns if _could_be_a_place(c)])
                if "w" not in v.columns]  # fmt: skip
-    feet = [v for v in vectors if _side(v)]
-    if len(feet) != 2 or {_side(v) for v in feet} not in _SIDES:
-        return file
+    named = [(v, side) for v in vectors if (side := _side(v))] or _by_letters(vectors)
+    feet, names = [v for v, _ in named], [side for _, side in named]
+    if len(feet) != 2 or {*names} not in _SIDES:
+        return None
     places = [v.values("xyz") for v in feet]
     above = [v for v in vectors if v not in feet and _above(v.values("xyz"), *places)]
     if len(above) != 1:
-        return file
+        return None
     columns = [c for c in file.columns if c.values is not None]
-    turned = [*quaternions(columns, axes_of(columns)), *angles(columns)]
-    frames = {i: own[0] for i, v in enumerate(feet)
-              if (own := [a for a in turned if a.before.startswith(v.before)])}  # fmt: skip
+    turned = [*quaternions(columns, axes_of(columns)), *angles(columns, file.text.above)]
+    frames = frames_of(feet, turned)
     units = {
-        i: angle_unit(own, np.zeros(file.rows, complex))
+        i: angle_unit(own, np.zeros(file.rows, complex), file.text.above)
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
     length = length_unit(above[0].values("z")[:, 0])
-    names = [_side(v) for v in feet]
     if {*names} != {"left", "right"}:
         names = foot_names([v.before for v in feet], places, None)
     made = of_the_com({"com": above[0]}, length=length) | of_the_feet(
         feet, names, frames, units, length=length
     )
     why = "two feet with a place above them"
-    return replace(file, columns=tuple(
-        replace(new, why=why) if (new := made.get(c.column)) is not None else c
-        for c in file.columns
-    ))  # fmt: skip
+    made = {c: n if n.unit in ("deg", "rad") else replace(n, why=why) for c, n in made.items()}
+    return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
 
 def _could_be_a_place(column: ColumnGuess) -> bool:
     lengths = column.unit is None or column.unit in LENGTHS
-    return column.values is not None and lengths and column.quantity in (
-        "unknown", "other", "hole", "placement", "position"
+    return column.values is not None and lengths and not column.counts and column.quantity in (
+        "unknown", "other", "hole", "placement", "position", "com", "foot_position", "reading"
     )  # fmt: skip
 
 
 def _side(axes: Axes) -> str:
     name = name_guess(f"{axes.before}x{axes.after}")
     return name.side or name.place or WITH_A_LEG.get(axes.before.strip("_. -").lower(), "")
+
+
+def _by_letters(vectors: Sequence[Axes]) -> list[tuple[Axes, str]]:
+    """The one pair of vectors that differ by the first letter of left and right: ``X_WL_x``."""
+    found = []
+    for pair in combinations(vectors, 2):
+        same = len(common_start([v.before for v in pair]))
+        sides = by_letters([v.before[same:] for v in pair])
+        if sides and pair[0].after == pair[1].after:
+            found.append([*zip(pair, sides, strict=True)])
+    return found[0] if len(found) == 1 else []
 
 
 def _above(com: FloatArray, left: FloatArray, right: FloatArray) -> bool:

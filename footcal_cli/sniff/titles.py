@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection, Sequence
 
 from footcal_cli.sniff.names import NameGuess, name_guess
+from footcal_cli.sniff.vocabulary import WITH_A_LEG
 from footcal_cli.tables.reading import Pivot
 
 _LEAST_NAMES = 2
@@ -17,6 +18,7 @@ _OF_A_BODY = re.compile(
     r"(?P<stem>.*[\W_])(?P<axis>ML|AP|V|VT|vert|vertical)(?P<unit>\s*[(\[].*[)\]])?", re.IGNORECASE
 )
 _AXES = {"A": "x", "M": "y", "V": "z"}
+_SIDE = re.compile(rf"(?<![^\W_])(?:{'|'.join(WITH_A_LEG)})(?![^\W_])", re.IGNORECASE)
 _OF_A_FILE = ("acceleration", "gravity", "quaternion")
 
 
@@ -43,7 +45,8 @@ def said_by_names(
     titles = {name.partition(":")[0] for name in names}
     titled = len(names) >= _LEAST_NAMES and len(titles) == 1 and all(": " in n for n in names)
     said = [name.partition(":")[2].strip() or name for name in names] if titled else list(names)
-    said = _anatomical([_of_its_file(name, stem) for name in _in_groups(said, empty)])
+    said = _of_two_feet([_of_its_file(name, stem) for name in _in_groups(said, empty)])
+    said = _anatomical(said)
     if pivot is None:
         return said
     alone = len({pivot.parts_of(name)[1] for name in said if pivot.parts_of(name)[0]}) == 1
@@ -61,6 +64,26 @@ def _in_groups(names: Sequence[str], empty: Collection[str]) -> list[str]:
         within = f"{group} {axis}"
         said.append(within if bare and group and name_guess(within).axis else name)
     return said
+
+
+def _of_two_feet(names: Sequence[str]) -> list[str]:
+    """Names with left and right for ``sol`` and ``sağ``, ``sx`` and ``dx``, where both are of feet.
+
+    Each alone may be the ground or a change of x: under both words the same names stand, several.
+    """
+    found = [_SIDE.search(name) for name in names]
+    rests: dict[str, list[str]] = {"left": [], "right": []}
+    for one in found:
+        if one:
+            rest = one.string[: one.start()], one.string[one.end() :]
+            rests[WITH_A_LEG[one[0].lower()]].append("|".join(rest))
+    left, right = map(sorted, rests.values())
+    if left != right or len(left) < _LEAST_NAMES:
+        return list(names)
+    return [
+        f"{name[: one.start()]}{WITH_A_LEG[one[0].lower()]}{name[one.end() :]}" if one else name
+        for name, one in zip(names, found, strict=True)
+    ]
 
 
 def _of_its_file(name: str, stem: str) -> str:

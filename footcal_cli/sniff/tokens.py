@@ -12,11 +12,14 @@ _COMMA_ONLY = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _POINT_ONLY = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
 _GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' _\u00a0\u202f])\d{3})(?:\1\d{3})*((?!\1)[.,]\d+)?")
 _TIME_OF_DAY = r"\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?: ?[AP]M)?"
-_DATE = re.compile(
-    rf"(?:\d{{4}}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{{2,4}})(?:[T _]{_TIME_OF_DAY})?"
-    r"(?: ?(?:Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
+_MONTH = r"(?i:jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec)[a-z]*"
+DAY = re.compile(
+    r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{2,4}"
+    rf"|\d\d?[- /]{_MONTH}[- /]\d{{4}}|\d{{4}}-{_MONTH}-\d\d?"
 )
-DAY = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[./-]\d\d?[./-]\d{2,4}")
+_DATE = re.compile(
+    rf"(?:{DAY.pattern})(?:[T _]{_TIME_OF_DAY})?(?: ?(?:Z|UTC|GMT|[+-]\d\d(?::?\d\d)?))?"
+)
 _TIME = re.compile(_TIME_OF_DAY)
 _WITH_UNIT = re.compile(
     r"([+-]?(?:\d{1,3}(?:[,.' \u00a0\u202f]\d{3})+(?:[.,]\d+)?|\d+[.,]?\d*|[.,]\d+)"
@@ -129,7 +132,8 @@ def date_format(texts: list[str]) -> str | None:
     from datetime import datetime
 
     dates = ("%d.%m.%Y", "%Y/%m/%d", "%Y-%m-%d", "%Y.%m.%d", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y",
-             "%d.%m.%y", "")  # fmt: skip
+             "%d.%m.%y", "%d-%b-%Y", "%d %b %Y", "%d %B %Y", "%d/%b/%Y", "%Y-%b-%d",
+             "")  # fmt: skip
     times = ("%H:%M:%S.%f", "%H:%M:%S,%f", "%H:%M:%S", "%I:%M:%S %p", "%I:%M:%S.%f %p", "%H:%M")
     for date in dates:
         for time in times:

@@ -15,6 +15,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations, rotations_logged, rotations_of_rpy
 from footcal_cli.sniff.guesses import ColumnGuess
+from footcal_cli.sniff.names import common_start
 from footcal_cli.sniff.vocabulary import ANGLES
 
 _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
@@ -24,6 +25,9 @@ _COM_BARE = re.compile(r"(?i)(?:.*[\W_])?com(?:[\W_]?pos\w*)?_3")
 """``CoM_1``: where the CoM is numbered so, other vectors of the body are."""
 _NUMBER = re.compile(r"(\d+)(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)
+_WORD = re.compile(r"[^\W\d_]+")
+_TURN = re.compile(r"(?i)\br(?:ot)?[_ ]?\{?([xyz])\}?\s*\(\s*([^\W\d_]+)\s*\)")
+"""A factor of a rotation: ``Rz(yaw)``, ``rot_z(gier)``, ``R_z(ψ)``."""
 _TURNS = re.compile(r"(?i)(?:^|[\W_])(r|rot|rotation|ang|angle|theta|euler|rpy|giro|o?rient)_?$")
 _ABOUT = re.compile(
     r"(?i)^(?P<before>(?:.*[\W_.])?)(?P<turn>rot|rotation|tilt|turn|incl\w*?|neig\w*|kipp\w*|dreh\w*|"
@@ -52,11 +56,14 @@ class Axes:
         What stands before and after the axis in their names.
     columns
         Axis -> column.
+    why
+        Why an axis is which, where their names do not say it.
     """
 
     before: str
     after: str
     columns: Mapping[str, ColumnGuess]
+    why: str = ""
 
     def values(self, axes: Sequence[str]) -> FloatArray:
         """Numbers of some axes, shape (n, k)."""
@@ -176,16 +183,19 @@ def _three_by_three(axes: Axes) -> FloatArray:
     return axes.values(MATRIX).reshape(-1, 3, 3)
 
 
-def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
+def angles(columns: Sequence[ColumnGuess], above: Sequence[str] = ()) -> list[Axes]:
     """Columns called roll, pitch and yaw, or yaw alone, by what their names share around it.
 
-    So are ``sole_rx sole_ry sole_rz`` where none of them is more than a turn.
+    So are ``sole_rx sole_ry sole_rz`` where none of them is more than a turn, and columns called
+    as a formula `above` the table has it.
     """
     found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    called = ANGLES | in_a_formula(above)
     for column in columns:
-        for word in _ANGLE.finditer(column.column):
+        for word in (*_WORD.finditer(column.column), *_ANGLE.finditer(column.column)):
             key = column.column[: word.start()], column.column[word.end() :]
-            found.setdefault(key, {}).setdefault(ANGLES[word[0].lower()], column)
+            if word[0].lower() in called:
+                found.setdefault(key, {}).setdefault(called[word[0].lower()], column)
     for key, own in (*_shortened(columns).items(), *_about_axes(columns).items()):
         found.setdefault(key, own)
     made = [Axes(*key, own) for key, own in found.items() if "yaw" in own]
@@ -200,6 +210,19 @@ def angles(columns: Sequence[ColumnGuess]) -> list[Axes]:
         own = dict(zip(ROLL_PITCH_YAW, (axes.columns[a] for a in "xyz"), strict=True))
         made.append(Axes(axes.before, axes.after, own))
     return made
+
+
+def in_a_formula(above: Sequence[str]) -> dict[str, str]:
+    """What the angles of a rotation about z, the turned y and the turned x are called, -> which.
+
+    >>> in_a_formula(["R = Rz(gier) Ry(stamp) Rx(rol), foot to world"])
+    {'gier': 'yaw', 'stamp': 'pitch', 'rol': 'roll'}
+    """
+    for line in above:
+        turns = [found.groups() for found in _TURN.finditer(line)]
+        if [axis.lower() for axis, _ in turns] == [*"zyx"]:
+            return dict(zip((word.lower() for _, word in turns), ROLL_PITCH_YAW[::-1], strict=True))
+    return {}
 
 
 def _shortened(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
@@ -233,6 +256,23 @@ def at_most_a_turn(axes: Axes) -> bool:
     unit = axes.columns["x"].unit
     most = float(np.nanmax(np.abs(axes.values("xyz")), initial=0.0))
     return unit in (None, "rad", "deg") and most <= (2.0 * np.pi if unit == "rad" else 360.0)
+
+
+def frames_of(places: Sequence[Axes], turned: Sequence[Axes]) -> dict[int, Axes]:
+    """Foot -> its orientation: the names begin alike, or share most, more than of all feet."""
+    alike = len(common_start([place.before for place in places]))
+    found = {}
+    same = [[axes for axes in turned if axes.before == place.before] for place in places]
+    for i, place in enumerate(places):
+        if same[i] and [other.before for other in places].count(place.before) == 1:
+            found[i] = next((axes for axes in same[i] if "w" in axes.columns), same[i][0])
+            continue
+        shared = [(len(common_start([place.before, axes.before])), axes) for axes in turned]
+        most = max((n for n, _ in shared), default=0)
+        own = [axes for n, axes in shared if n == most]
+        if most > alike or (most and len(places) == 1):
+            found[i] = next((axes for axes in own if "w" in axes.columns), own[0])
+    return found or by_pieces(places, turned)
 
 
 def by_pieces(places: Sequence[Axes], turned: Sequence[Axes]) -> dict[int, Axes]:

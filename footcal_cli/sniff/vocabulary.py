@@ -19,6 +19,7 @@ Quantity = Literal[
 WORDS: dict[str, Quantity] = {}
 _SPELLINGS: dict[Quantity, str] = {
     "time": "time zeit timestamp stamp temps tiempo tempo t secs seconds millis micros elapsed "
+    "minutes minuten minuti minutos minuter minutter minuty hours stunden heures horas sekunden "
     "uhrzeit clock date datetime datum date_time zeitstempel tid czas timer timestep время дата "
     "时间 時間 时刻 jikoku jikan aika aeg čas czas zaman idő vrijeme vreme timp laikas χρόνος",
     "sequence": "seq sample index idx frame frames nr no number id row record counter packet n "
@@ -127,6 +128,10 @@ WITH_A_LEG = {"sx": "left", "dx": "right", "sol": "left", "sağ": "right", "sag"
 OF_A_LEG = {"piede", "piedi", "foot", "gamba", "zampa", "suola", "cella", "anteriore",
              "posteriore", "ayak", "taban", "bacak", "láb", "lab", "talp"}  # fmt: skip
 """Words with which dx is a side and no change of x, and sol is left and no ground."""
+SOLES = {"sole", "sohle", "suola", "semelle", "suela", "zool", "såle", "sula", "podeszwa", "stopa",
+         "taban", "ayak", "talp", "láb", "lab", "jalka", "jalkapohja", "noha", "fot", "fod",
+         "стопа", "подошва"}  # fmt: skip
+"""How the pose of a foot's sole is called."""
 SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "right",
           "rechts": "right", "lfoot": "left", "rfoot": "right", "gauche": "left",
           "droite": "right", "droit": "right", "izq": "left", "der": "right", "li": "left",

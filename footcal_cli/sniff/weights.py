@@ -12,8 +12,9 @@ import numpy as np
 from footcal_cli.core.readings import straightness
 from footcal_cli.errors import UsageError
 from footcal_cli.sniff.bench_of_feet import on_each_foot
+from footcal_cli.sniff.body_columns import apart
 from footcal_cli.sniff.clocks import recorded
-from footcal_cli.sniff.groups import AXES, channel_names, could_be_read
+from footcal_cli.sniff.groups import AXES, channel_names, could_be_read, follows
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of, seconds_of
 from footcal_cli.sniff.holds import short_holds
 from footcal_cli.sniff.names import PUT, words_of
@@ -41,6 +42,7 @@ from footcal_cli.sniff.which_cell import (
     loaded_cell,
     loaded_words,
     named_alike,
+    not_used,
     one_cell_moves,
 )
 from footcal_cli.tables.reading import READ_AGAIN
@@ -56,8 +58,7 @@ _BY_ITSELF = (
     "taken that every cell carried the whole load by itself; if the load stood on all of them, "
     "give each its share"
 )
-_STRAIGHT = 0.98
-"""How much of a reading's variance the load on a cell explains at least."""
+_STRAIGHT = 0.98  # share of a reading's variance that the load on a cell explains at least
 
 
 def weights(
@@ -75,7 +76,7 @@ def weights(
     named
         Readings by the name of their channel, where some of a table were left out.
     """
-    load = loads[0]
+    load, unused = loads[0], None
     entry, asked = load_entry(load)
     labels = [c for c in file.of("label") if len(c.words) > 0]
     time, _, _ = times(file, needed=False)
@@ -103,7 +104,7 @@ def weights(
         on = on or read_again(file, load, entries, labels, cells, asked)
         if on is not None:
             return on
-        labels = []  # with several readings in a row it is not the cell that they tell apart
+        unused, labels = labels[0], []  # of several readings it is not the cell that they tell
     following, idle = pressed_along(load, cells)
     why = "of the axes of one instrument another carries the load"
     if not idle:
@@ -114,11 +115,12 @@ def weights(
     elif still := [c for c in cells if _last_bit(c, load)]:
         following, idle, why = [c for c in cells if c not in still], still, "moves by its last bit"
     if idle and following:
-        asked_of = tuple(c.column for c in idle)
         own = {n: c for n, c in named.items() if c in following}
         kept = weights(file, loads, following, own)
-        said = f"{', '.join(asked_of)}: left out, {why}"
-        return replace(kept, warnings=(*kept.warnings, said))
+        pairs = {e.column.followed_by for e in kept.entries.values() if e.column is not None}
+        spare = ", ".join(c.column for c in idle if c.column not in pairs)
+        said = (f"{spare}: left out, {why}",) * bool(spare)
+        return replace(kept, warnings=(*kept.warnings, *said))
     if len(cells) == 1 or labels:
         cell = cells[0]
         chosen = cell_column(file, load, cell, labels)
@@ -152,7 +154,7 @@ def weights(
         file, f"known weights, the readings of {len(cells)} cells side by side",
         "one load and several readings in a row", "guess", "offline-fit", "weights",
         entries, tuple(named), wide, blanks=asked,
-        warnings=() if ON_WHICH in asked else (_BY_ITSELF,),
+        warnings=() if ON_WHICH in asked else (_BY_ITSELF, *not_used(unused)),
     )  # fmt: skip
 
 
@@ -274,15 +276,20 @@ def _axes_of(loads: Sequence[ColumnGuess]) -> dict[str, ColumnGuess]:
 
 
 def known_wrench(file: FileGuess, six: Mapping[str, Mapping[str, ColumnGuess]]) -> LogPlan | None:
-    """A rig's wrench, called applied or known, beside the gauges of a transducer; None without."""
+    """A rig's wrench, called applied or known, beside gauges or axes that felt it; else None."""
     gauges = [
         c for c in file.of("reading", "unknown")
         if could_be_read(c) and c.unit not in FORCES and moves(c)
     ]  # fmt: skip
     put = [g for g in six.values() if all(PUT & set(words_of(c.column)) for c in g.values())]
-    if len(put) != 1 or len(gauges) < len(AXES):
+    felt = [g for g in six.values() if len(put) == 1 and follows(g, put[0])]
+    named = channel_names(gauges)
+    if len(felt) == 1 and len(gauges) < len(AXES):  # of a transducer that has axes already
+        columns = [felt[0][axis] for axis in AXES]
+        named = dict(zip(apart([c.column for c in columns]), columns, strict=True))
+    if len(put) != 1 or len(named) < len(AXES):
         return None
-    return _known_wrench(file, put[0], channel_names(gauges), times(file, needed=False)[0])
+    return _known_wrench(file, put[0], named, times(file, needed=False)[0])
 
 
 def _known_wrench(
@@ -378,8 +385,9 @@ def _stream(
     asked: tuple[Blank, ...],
 ) -> LogPlan:  # fmt: skip
     """A recording of one or more cells under a load that is read too."""
+    runs = {"session": entries["repeat"]} if "repeat" in entries else {}  # it was taken out then
     kept = ("time_s", "load_n", "temperature_degc", "session")
-    entries = {name: entry for name, entry in entries.items() if name in kept}
+    entries = {name: entry for name, entry in (runs | entries).items() if name in kept}
     entries |= {f"{name}_counts": reading_entry(column) for name, column in named.items()}
     load, time = (entries[name].column for name in ("load_n", "time_s"))
     options: tuple[str, ...] = ()

@@ -146,6 +146,17 @@ def one_cell_moves(load: ColumnGuess, cells: Sequence[ColumnGuess]) -> bool:
     return bool(alone.mean() >= _ALONE and np.unique(share.argmax(axis=1)[alone]).size > 1)
 
 
+def not_used(label: ColumnGuess | None) -> tuple[str, ...]:
+    """What is said of a column of texts beside several readings, which may name the cells."""
+    if label is None or len(label.words) < 2:
+        return ()
+    some = ", ".join(label.words[:3]) + " …" * (len(label.words) > 3)
+    return (
+        f"{label.column} ({some}) is not used: if it names the cell of each row, its readings are "
+        f'of one cell; write channel = "{label.column}" and wide_into = "repeat"',
+    )
+
+
 def _plain(name: str) -> str:
     return re.sub(r"[\W_]+", "", name).lower()
 

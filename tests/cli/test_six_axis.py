@@ -152,7 +152,10 @@ def test_unknown_orientation_and_option_are_refused(run: Run, tmp_path: Path) ->
     assert wrong.exit_code == 2
 
 
-def test_a_wrist_sensor_with_known_directions_of_gravity(run: Run, tmp_path: Path) -> None:
+@pytest.mark.parametrize("samples", [20, 1])
+def test_a_wrist_sensor_with_known_directions_of_gravity(
+    run: Run, tmp_path: Path, samples: int
+) -> None:
     rng = np.random.default_rng(5)
     rows = []
     arm, weight, offset = (
@@ -160,11 +163,11 @@ def test_a_wrist_sensor_with_known_directions_of_gravity(run: Run, tmp_path: Pat
         4.0,
         np.array([3.0, -2.0, 5.0, 0.1, 0, 0.2]),
     )
-    for pose in range(16):
+    for pose in range(16 if samples > 1 else 60):
         down = rng.normal(size=3)
         down /= np.linalg.norm(down)
         wrench = np.concatenate([weight * down, np.cross(arm, weight * down)]) + offset
-        for sample in range(20):
+        for sample in range(samples):
             noise = rng.normal(size=6) * np.array([0.05] * 3 + [0.005] * 3)
             rows.append((f"pose {pose}", 0.01 * sample, "wrist", *down, *(wrench + noise)))
     columns = ["orientation", "time_s", "leg", "gravity_x", "gravity_y", "gravity_z",
@@ -177,6 +180,8 @@ def test_a_wrist_sensor_with_known_directions_of_gravity(run: Run, tmp_path: Pat
     assert record.value("wrist.weight") == pytest.approx(4.0, abs=0.02)
     assert record.value("wrist.com_z_mean") == pytest.approx(0.08, abs=5e-4)
     assert record.value("wrist.mount_rot_x") == pytest.approx(0.0, abs=0.01)
+    assert ("from sample to sample" in answer.out) == (samples > 1)
+    assert ("each attitude has one row" in answer.out) == (samples == 1)
 
 
 def test_pose_calib_finds_the_engines_mounting(stood: Path) -> None:

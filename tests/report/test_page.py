@@ -149,6 +149,8 @@ def test_one_unit_per_quantity_on_a_page() -> None:
     assert history.rows[0][1:4] == ("−34.000 ± 0.010", "−35.000 ± 0.010", "µN/count")
     assert display_unit("N/count", [0.02, -0.01]) == (1e3, "mN/count")
     assert display_unit("N/count", [42.0, -38.0]) == (1.0, "N per unit read")  # of volts
+    assert display_unit("N/count", [0.999, -1.02]) == (1.0, "N/N")  # of calibrated forces
+    assert display_unit("N/count", [0.9, 0.6]) == (1.0, "N per unit read")
 
 
 def test_an_interval_has_the_decimals_and_the_power_of_its_value() -> None:

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.notes import with_notes
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.recipe_text import recipe_text
 from footcal_cli.sniff.several import parts_of
@@ -168,3 +169,75 @@ def test_numbers_alone_in_a_file_for_each_quantity(tmp_path: Path, frame: str) -
     names = found["weights"].plan.entries["channel"].names
     assert [names[f"{foot}0"].partition("_")[0] for foot in "LR"] == ["left", "right"]
     assert set(names.values()) == set(sensors.plan.channels)
+
+
+def _stand(folder: Path, com: str, place: str, cells: str) -> list[Path]:
+    """Stances between which the robot was put elsewhere: a file for each topic, stamps with gaps.
+
+    `com` and `place` are what stands before the axis; cells are numbered from 0.
+    """
+    rng = np.random.default_rng(5)
+    at = np.concatenate([40.0 * k + np.arange(0, 5, 0.05) for k in range(9)])
+    stance = np.repeat(np.arange(9), at.size // 9)
+    middle = rng.uniform(-0.5, 0.5, (9, 2))[stance]
+    turn = rng.uniform(-0.3, 0.3, 9)[stance]
+
+    def noisy(values: FloatArray) -> FloatArray:
+        return np.asarray(values + rng.normal(0, 2e-4, values.shape))
+
+    centre = np.column_stack([middle + rng.uniform(-0.02, 0.02, (9, 2))[stance],
+                              np.full(at.size, 0.55)])  # fmt: skip
+    paths = [_topic(folder / "estimator__state.csv", at, _xyz(com, noisy(centre)))]
+    paths.append(_topic(folder / "stance_id.csv", 40.0 * np.arange(10) + 0.004,
+                        {"data": np.append(np.arange(1, 10), -1)}))  # fmt: skip
+    four = Rotation.from_euler("z", turn[:, None]).as_quat()
+    for side, way in (("left", 0.1), ("right", -0.1)):
+        aside = way * np.column_stack([-np.sin(turn), np.cos(turn)])
+        sole = np.column_stack([middle + aside, np.zeros(at.size)])
+        pose = _xyz(place.format(side), noisy(sole))
+        pose |= {f"pose.orientation.{a}": four[:, j] for j, a in enumerate("xyzw")}
+        paths.append(_topic(folder / f"{side}_foot__sole.csv", at, pose, "odom"))
+        read = {cells.format(k): rng.uniform(10, 40, 9)[stance] + noisy(at * 0) for k in range(4)}
+        paths.append(_topic(folder / f"{side}_foot__load_cells.csv", at + 0.002, read))
+    return paths
+
+
+@pytest.mark.parametrize(("com", "place", "cells"), [
+    ("point.", "pose.position.", "data[{}]"), ("pose.position.", "pose.position.", "force_{}"),
+    ("com_", "{}_foot_", "data[{}]"), ("p_WCcm_", "X_W{}_", "data[{}]"),
+])  # fmt: skip
+def test_a_stand_in_a_file_for_each_topic(tmp_path: Path, com: str, place: str, cells: str) -> None:
+    notes = tmp_path / "notes.md"
+    notes.write_text(
+        "Cells in the sole frame, in m:\n"
+        "0 (0.08, 0.03), 1 (0.08, -0.03), 2 (-0.05, 0.03), 3 (-0.05, -0.03)\n"
+    )
+    files = [guess_file(path) for path in _stand(tmp_path, com, place, cells)]
+    parts, others = parts_of(with_notes(files, [notes]))
+    found = {part.plan.role: part.plan for part in parts}
+    assert {*found} == {"cells", "body"}
+    assert [file.path.name for file in others] == ["stance_id.csv"]
+    motion = _columns(found["body"])
+    assert motion["com_z_m"] == f"{com}z"
+    assert motion["left_foot_x_m"] == f"left_foot__sole.{place.format('left')}x"
+    assert motion["right_foot_qw"] == "right_foot__sole.pose.orientation.w"
+    assert found["cells"].command == "static-init"
+    assert "x_m = -0.05, y_m = -0.03" in found["cells"].robot[-1]
+
+
+@pytest.mark.parametrize(("com", "sole"), [("com_", "X_W{}_"), ("p_WC_", "{}F."), ("com.", "T{}_")])
+def test_soles_of_a_stand_by_one_letter_in_one_table(tmp_path: Path, com: str, sole: str) -> None:
+    rng = np.random.default_rng(7)
+    at, middle = np.arange(0, 40, 0.05), np.repeat(rng.uniform(-0.2, 0.2, (8, 3)), 100, axis=0)
+    columns = {"t": at, **{f"cell_{k}": rng.normal(90, 9, at.size) for k in range(6)}}
+    columns |= _xyz(com, middle * [1, 1, 0] + [0, 0, 0.6])
+    four = Rotation.from_euler("z", 0.1 * middle[:, [2]]).as_quat()
+    for letter, way in (("L", 0.1), ("R", -0.1)):
+        columns |= _xyz(sole.format(letter), middle * [1, 1, 0] + [0, way, 0])
+        columns |= {f"{sole.format(letter)}q{a}": four[:, i] for i, a in enumerate("xyzw")}
+    path = tmp_path / "stand.csv"
+    pd.DataFrame(columns).round(5).to_csv(path, index=False)
+    motion = _columns(parts_of([guess_file(path)])[0][0].plan)
+    assert motion["com_z_m"] == f"{com}z"
+    assert motion["left_foot_y_m"] == f"{sole.format('L')}y"
+    assert motion["right_foot_qw"] == f"{sole.format('R')}qw"

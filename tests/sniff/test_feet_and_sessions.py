@@ -127,6 +127,7 @@ def test_weights_come_before_the_stand_that_needs_them(tmp_path: Path) -> None:
     parts, _ = parts_of([stand, weights])
     said = next_step(parts, "--recipe r.toml")
     assert said.startswith("footcal offline-fit --recipe r.toml; after it static-init")
-    assert said.endswith("; then diagnose (experiment stand) says what the model lacks")
+    last = "with the parameters.json written last"
+    assert said.endswith(f"; then diagnose (experiment stand), {last}, says what the model lacks")
     text = recipe_text(parts, tmp_path / "r.toml", "--recipe r.toml")
     assert text.endswith('[diagnose]\nexperiment = "stand"    # or weights\n')

@@ -203,3 +203,22 @@ def test_a_column_may_be_called_after_the_axis_that_is_up() -> None:
     assert says_up("up_axis") is True
     assert says_up("eje_abajo") is False
     assert says_up("orientation") is None
+
+
+@pytest.mark.parametrize("legs", [OUTWARD, {"tool": Rotation.identity()}], ids=["legs", "wrist"])
+def test_a_file_for_each_orientation_that_a_column_names(
+    run: Run, tmp_path: Path, legs: Mapping[str, Rotation]
+) -> None:
+    words = {"z_arriba": "-z", "x_arriba": "-x", "z_abajo": "+z", "x_abajo": "+x"}
+    head, *rows = hung(tmp_path, legs, words, "orientacion", "pata", "cadera_grados").read_text(
+    ).splitlines()  # fmt: skip
+    logs = [tmp_path / f"ensayo_{i}.csv" for i in range(len(words))]
+    for log, word in zip(logs, words, strict=True):
+        log.write_text("\n".join([head, *(x for x in rows if f",{word}," in x)]) + "\n")
+    recipe = guessed(run, *logs)
+    assert recipe["columns"]["orientation"]["names"] == words
+    assert "TO FILL IN" not in (tmp_path / "guess.toml").read_text()
+    assert run("init", logs[0], "-o", tmp_path / "guess.toml", "--overwrite").exit_code == 0
+    text = (tmp_path / "guess.toml").read_text()
+    assert "every row is in the one orientation z_arriba" in text
+    assert "turn with its leg" not in text

@@ -120,3 +120,47 @@ def test_cells_of_a_bench_whose_names_stand_within_those_of_a_stand(
     ]
     plans = by_role(parts_of([guess_file(log) for log in logs])[0])
     assert plans["weights"].channels == plans["cells"].channels
+
+
+TOPICS = tuple(f"/{foot}_foot/load_cells.data[{i}]" for foot in ("left", "right") for i in range(3))
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+@pytest.mark.parametrize("names", [TOPICS, tuple(f"{f}_{i}" for f in ("left", "right")
+                                                 for i in range(3))])  # fmt: skip
+def test_cells_that_read_next_to_nothing_are_zeros(
+    tmp_path: Path, names: tuple[str, ...], *, stamped: bool
+) -> None:
+    logs = [stand(tmp_path / "stand.csv", TOPICS, again=False)]
+    rng = np.random.default_rng(4)
+    rows = [f"{0.1 * i:.1f}," * stamped + ",".join(f"{v:.4f}" for v in rng.normal(0, 0.005, 6))
+            for i in range(40 if stamped else 2)]  # fmt: skip
+    head = "t," * stamped + ",".join(names)
+    (tmp_path / "quiet.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    lines = [f"{foot},{i},{run},{m},{9.81 * m:.2f}" for foot in ("left", "right") for i in range(3)
+             for run in (1, 2) for m in (0, 5, 10, 20, 10, 5, 0)]  # fmt: skip
+    bench_log = tmp_path / "bench.csv"
+    head = "foot,cell_index,run,mass_kg,output_N"
+    bench_log.write_text("\n".join([head, *lines]) + "\n", encoding="utf-8")
+    logs += [tmp_path / "quiet.csv", bench_log]
+    found = by_role(parts_of([guess_file(path) for path in logs])[0])
+    assert {*found} == {"cells", "zeros", "weights"}
+    cells = {*found["cells"].channels}
+    assert len(cells) == 6
+    assert cells == {*found["weights"].channels}
+    assert {n for n in found["zeros"].entries if n != "time_s"} == {f"{c}_counts" for c in cells}
+    assert not any("cell_index" in said for said in found["weights"].warnings)
+    assert not any("newtons a count" in blank.why for blank in found["cells"].blanks)
+
+
+def test_a_file_of_no_weight_is_one_of_the_weights(tmp_path: Path) -> None:
+    logs = []
+    for kg in (0, 10, 20, 40):
+        rng = np.random.default_rng(kg)
+        rows = [f"{0.01 * i:.2f},{4 + 9.5 * kg + rng.normal(0, 0.3):.3f},{rng.normal(0, 0.1):.3f},"
+                f"{rng.normal(0, 0.1):.3f}" for i in range(100)]  # fmt: skip
+        logs.append(tmp_path / f"plate_{kg}kg.csv")
+        logs[-1].write_text("\n".join(["Time,Fz,Mx,My", *rows]) + "\n", encoding="utf-8")
+    (part,) = parts_of([guess_file(path) for path in logs])[0]
+    assert part.plan.role == "weights"
+    assert len(part.paths) == 4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -176,3 +177,19 @@ def test_weights_on_one_cell_at_a_time_are_no_placements(tmp_path: Path) -> None
                 lines.append(",".join([str(run), name, str(mass), *bench.read(load)]))
     parts, _ = parts_of(written(tmp_path, weights="\n".join(lines) + "\n"))
     assert [part.plan.role for part in parts] == ["weights"]
+
+
+@pytest.mark.parametrize("form", ["%d-%b-%Y %H:%M:%S", "%d %b %Y %H:%M", "%d/%b/%Y %I:%M:%S %p"])
+def test_a_stamp_with_the_name_of_a_month_is_a_time_and_no_hole(tmp_path: Path, form: str) -> None:
+    names = [str(i) for i in range(1, 7)]
+    made = Bench(3, 21_000.0, 0).placed("Trial,Hole,kg,A,B,C,D", names, empty="0", kg=(9.0,))
+    head, *rows = made.splitlines()
+    at = [datetime(2025, 2, 6, 14) + timedelta(seconds=25 * i) for i in range(len(rows))]
+    stamped = [f"{t.strftime(form)},{row}" for t, row in zip(at, rows, strict=True)]
+    made = "\n".join([f"Timestamp,{head}", *stamped]) + "\n"
+    sheet = table("hole,x_mm,y_mm", names, 1e3)
+    parts, others = parts_of(written(tmp_path, placed=made, holes=sheet))
+    entries = placements(parts).plan.entries
+    read = [entries[name].column for name in ("time_s", "placement")]
+    assert not others
+    assert [c and (c.column, c.format) for c in read] == [("Timestamp", form), ("Hole", None)]

@@ -173,3 +173,17 @@ def test_feet_turn_as_their_way_does(turned_rad: float, size: float, unit: str, 
     }
     found, why = angle_unit(Axes("sole_", "", columns), way)
     assert (found, bool(why)) == (unit, said)
+
+
+@pytest.mark.parametrize(("lines", "unit"), [
+    (["hidari_ashi_ / migi_ashi_ pose of the soles in the world [mm, deg]"], "deg"),
+    (["trunk: tilt in deg", "roll, pitch, yaw in rad"], "rad"), (["Gierwinkel in Grad"], "deg"),
+    (["roll/pitch/yaw: ±3°, at 24 °C"], "deg"), (["yaw at 2 rad/s, 20 °C"], ""),
+    (["ten wedges of 5 deg"], ""), (["yaw in rad (the sheet has deg)"], ""),
+])  # fmt: skip
+def test_notes_say_the_unit_of_small_angles(lines: list[str], unit: str) -> None:
+    small = np.random.default_rng(8).normal(0, 0.05, 500)
+    columns = {a: ColumnGuess(a, NameGuess("angle", a), None, "likely", "", small)
+               for a in ("roll", "pitch", "yaw")}  # fmt: skip
+    found, why = angle_unit(Axes("hidari_ashi_", "", columns), np.zeros(500, complex), lines)
+    assert (found if why else "") == unit

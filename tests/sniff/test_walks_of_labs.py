@@ -137,6 +137,35 @@ def test_three_columns_beside_a_foots_place_are_its_angles(tmp_path: Path) -> No
     assert entries["left_foot_yaw_rad"] == "VF_gir"
 
 
+@pytest.mark.parametrize(
+    ("words", "end", "line", "whys"),
+    [
+        (("gier", "stamp", "rol"), "_rad", "R = Rz(gier) Ry(stamp) Rx(rol), voet naar wereld", ""),
+        (("psi", "theta", "phi"), "", "orientation: rot_z(psi) * rot_y(theta) * rot_x(phi)", ""),
+        (("gier", "stamp", "rol"), "_rad", "", "roll and pitch by what stands beside it"),
+        (("rolido", "cabeceo", "guinada"), "_rad", "", "roll by what stands beside it"),
+        (("skew", "vinkling", "yaw"), "_rad", "", "roll and pitch by what stands beside it"),
+    ],
+)  # fmt: skip
+def test_angles_by_a_formula_or_beside_one_that_is_known(
+    tmp_path: Path, words: tuple[str, ...], end: str, line: str, whys: str
+) -> None:
+    walk, feet = Walk(), ("pied_L_", "pied_R_")
+    body, order = _body(walk, feet), [2, 1, 0] if words[0][0] in "gp" else [0, 1, 2]
+    for i, foot in enumerate(feet):
+        body |= {f"{foot}{n}{end}": walk.rpy[:, i, k] for n, k in zip(words, order, strict=True)}
+    file = guess_file(_written(tmp_path / "gang.csv", body))
+    body_log = body_of(replace(file, text=replace(file.text, above=(line,))))
+    assert body_log is not None
+    found = body_entries(body_log.file)
+    for axis, k in (("roll", 0), ("pitch", 1), ("yaw", 2)):
+        entry = found[f"right_foot_{axis}_rad"]
+        assert entry.column is not None
+        assert entry.column.column == f"pied_R_{words[order.index(k)]}{end}"
+        assert (entry.sure == "guess") == bool(whys)
+        assert whys in entry.why
+
+
 @pytest.mark.parametrize("by_columns", [True, False])
 def test_nine_numbers_in_a_row_are_a_matrix_and_no_quaternion(
     tmp_path: Path, by_columns: bool

@@ -74,6 +74,7 @@ SAMPLE = (
     seen.one_file_per_channel, third.netft_orientations, third.mixed_unit_texts, fourth.labview_lvm,
     fourth.two_rows_of_names, legged.quadruped_long_pushes, legged.hexapod_standing,
     sixth_robots.hung_by_accelerometer, sixth_robots.solo_torque_first_nwu,
+    sixth_wrists.known_wrenches_on_an_ankle,
     seventh_bench.event_column, ninth.urscript_pose, tenth_bench.minus_9999,
     eleventh.poses_in_a_sheet, eleventh.simulink_structure, tenth_robots.qualisys_force_tsv,
     twelfth_robots.zeros_where_lost, twelfth_bench.stata_list, twelfth_bench.xml_records,
