@@ -85,7 +85,7 @@ def with_tilts(frame: Axes, moves: BoolArray, columns: Sequence[ColumnGuess]) ->
         named = {**frame.columns, missing[0]: rest[0]}
     if any(named[axis].column != c.column for axis, c in frame.columns.items()):
         return frame
-    return replace(frame, columns=named, why=f"{' and '.join(missing)} by what stands beside it")
+    return replace(frame, columns=named, why=f"{' and '.join(missing)} by what stands next to it")
 
 
 def _turn_with(three: Sequence[ColumnGuess], moves: BoolArray) -> bool:
