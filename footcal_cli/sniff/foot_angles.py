@@ -57,8 +57,8 @@ def angles_beside(
                 if c.column.startswith(place.before) and c.column not in own]  # fmt: skip
         if not place.before or len(rest) != len(ROLL_PITCH_YAW) or not _turn_with(rest, moves):
             return []
-        own = dict(zip(ROLL_PITCH_YAW, rest, strict=True))
-        found.append(Axes(place.before, "", own, f"{', '.join(ROLL_PITCH_YAW)} by their order"))
+        three = dict(zip(ROLL_PITCH_YAW, rest, strict=True))
+        found.append(Axes(place.before, "", three, f"{', '.join(ROLL_PITCH_YAW)} by their order"))
     tails = {tuple(c.column[len(axes.before) :] for c in axes.columns.values()) for axes in found}
     return found if len(tails) == 1 else []
 
@@ -85,7 +85,7 @@ def with_tilts(frame: Axes, moves: BoolArray, columns: Sequence[ColumnGuess]) ->
         named = {**frame.columns, missing[0]: rest[0]}
     if any(named[axis].column != c.column for axis, c in frame.columns.items()):
         return frame
-    return replace(frame, columns=named, why=f"{' and '.join(missing)} by what stands beside it")
+    return replace(frame, columns=named, why=f"{' and '.join(missing)} by what stands next to it")
 
 
 def _turn_with(three: Sequence[ColumnGuess], moves: BoolArray) -> bool:

@@ -45,13 +45,16 @@ NO_ATTITUDE = Blank(
 )  # fmt: skip
 
 
-def not_one_weight(column: ColumnGuess) -> Blank:
-    """What is asked where the orientations that a column names explain no forces."""
-    if len({*column.words}) > 1:
-        return _NOT_ONE_WEIGHT
+def not_one_weight(named: Sequence[ColumnGuess], known: Blank | None) -> Blank | None:
+    """What is asked where forces are not one weight's in the orientations that a column names.
+
+    One orientation explains nothing; else `known` is what other signs say. None without a column.
+    """
+    if not named or len(named[0].words) > 1:
+        return known or (_NOT_ONE_WEIGHT if named else None)
     return Blank(
         ("# in [data]: hang = […], a log of each orientation, and its name above",),
-        _ONE_ORIENTATION.format(column.words[0]),
+        _ONE_ORIENTATION.format(named[0].words[0]),
     )
 
 

@@ -127,11 +127,8 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
         entries.setdefault("temperature_degc", of(column, column.unit))
     missing: tuple[Blank, ...] = ()
     if pose is not None and pose.explains is False:
-        missing = (
-            _turned_along(file, six)
-            or _dead_axis(six)
-            or (not_one_weight(orientation[0]) if orientation else TURNED),
-        )
+        known = _turned_along(file, six) or _dead_axis(six)
+        missing = (not_one_weight(orientation, known) or TURNED,)
     elif pose is None and orientation:
         missing = (unnamed(orientation[0]),)
     elif pose is None and not orientation:

@@ -188,7 +188,7 @@ def _stand(folder: Path, com: str, place: str, cells: str) -> list[Path]:
     centre = np.column_stack([middle + rng.uniform(-0.02, 0.02, (9, 2))[stance],
                               np.full(at.size, 0.55)])  # fmt: skip
     paths = [_topic(folder / "estimator__state.csv", at, _xyz(com, noisy(centre)))]
-    paths.append(_topic(folder / "stance_id.csv", 40.0 * np.arange(10) + 0.004,
+    paths.append(_topic(folder / "stance_id.csv", np.linspace(0.0, 360.0, 10) + 0.004,
                         {"data": np.append(np.arange(1, 10), -1)}))  # fmt: skip
     four = Rotation.from_euler("z", turn[:, None]).as_quat()
     for side, way in (("left", 0.1), ("right", -0.1)):

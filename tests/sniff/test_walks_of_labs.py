@@ -142,9 +142,9 @@ def test_three_columns_beside_a_foots_place_are_its_angles(tmp_path: Path) -> No
     [
         (("gier", "stamp", "rol"), "_rad", "R = Rz(gier) Ry(stamp) Rx(rol), voet naar wereld", ""),
         (("psi", "theta", "phi"), "", "orientation: rot_z(psi) * rot_y(theta) * rot_x(phi)", ""),
-        (("gier", "stamp", "rol"), "_rad", "", "roll and pitch by what stands beside it"),
-        (("rolido", "cabeceo", "guinada"), "_rad", "", "roll by what stands beside it"),
-        (("skew", "vinkling", "yaw"), "_rad", "", "roll and pitch by what stands beside it"),
+        (("gier", "stamp", "rol"), "_rad", "", "roll and pitch by what stands next to it"),
+        (("rolido", "cabeceo", "guinada"), "_rad", "", "roll by what stands next to it"),
+        (("skew", "vinkling", "yaw"), "_rad", "", "roll and pitch by what stands next to it"),
     ],
 )  # fmt: skip
 def test_angles_by_a_formula_or_beside_one_that_is_known(
