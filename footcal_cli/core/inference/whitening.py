@@ -66,13 +66,14 @@ class RowWhitener:
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Whitened columns at the kept rows, shape (kept, k)."""
-        return np.asarray(self._filter @ np.ascontiguousarray(columns))
+        filtered = self._filter @ np.ascontiguousarray(columns)
+        return np.asarray(filtered / self.sd[self.output[self.kept]][:, None])
 
     @cached_property
     def _filter(self) -> sparse.csr_array:
-        """What turns columns into whitened ones, shape (kept, m): each row's own filter."""
+        """Each row's own filter, shape (kept, m)."""
         of = self.output[self.kept]
-        taps = np.column_stack([np.ones(len(self.sd)), -self.coefficients]) / self.sd[:, None]
+        taps = np.column_stack([np.ones(len(self.sd)), -self.coefficients])
         number, lag = np.nonzero(taps[of])
         entries = taps[of][number, lag], (number, self.kept[number] - lag)
         return sparse.csr_array(entries, shape=(self.kept.size, self.output.size))
@@ -173,7 +174,8 @@ def _beside_the_largest(problem: Problem, within: Within) -> FloatArray:
         return problem.residual
     best = int(np.argmax(np.where(possible, found * taken, 0.0)))
     rest = means_of((r - taken[best] * left[:, best]) ** 2, problem.output, outputs)
-    if not np.any(rest < (1.0 - _MUCH) * square):
+    # of recordings without noise nothing is left, and that is no noise either
+    if not np.any(rest < (1.0 - _MUCH) * square) or np.any(rest < _LEAST**2 * square):
         return problem.residual
     return np.asarray(problem.residual - taken[best] * problem.columns[:, likely[best]])
 
