@@ -115,10 +115,10 @@ def weights(
     elif still := [c for c in cells if _last_bit(c, load)]:
         following, idle, why = [c for c in cells if c not in still], still, "moves by its last bit"
     if idle and following:
-        own = {n: c for n, c in named.items() if c in following}
-        kept = weights(file, loads, following, own)
-        pairs = {e.column.followed_by for e in kept.entries.values() if e.column is not None}
-        spare = ", ".join(c.column for c in idle if c.column not in pairs)
+        left = {n: c for n, c in named.items() if c in following}
+        kept = weights(file, loads, following, left)
+        seconds = {e.column.followed_by for e in kept.entries.values() if e.column is not None}
+        spare = ", ".join(c.column for c in idle if c.column not in seconds)
         said = (f"{spare}: left out, {why}",) * bool(spare)
         return replace(kept, warnings=(*kept.warnings, *said))
     if len(cells) == 1 or labels:

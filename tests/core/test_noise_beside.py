@@ -14,14 +14,14 @@ from footcal_cli.core.inference.case import rows_of
 from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.whitening import law_of_noise
 from footcal_cli.core.parameters import FloatArray
-from tests.core.test_diagnosis_bridge import walk_case
+from tests.core.test_diagnosis_bridge import Hidden, walk_case
 
 HEARD = 0.3
-HEARS = ("crosstalk", {"right_fl": ("right_fl",)}, {"right_fl.crosstalk": HEARD})
+HEARS: Hidden = ("crosstalk", {"right_fl": ("right_fl",)}, {"right_fl.crosstalk": HEARD})
 ASKED = ("sensor_lag", "crosstalk", "nonlinearity", "accel_bias")
 
 
-def asked(*hidden: tuple[str, dict[str, tuple[str, ...]], dict[str, float]]) -> Problem:
+def asked(*hidden: Hidden) -> Problem:
     """A walk of half a minute and a few candidates."""
     case = walk_case(3, *hidden, duration_s=30.0)
     return problem_from(case, rows_of(case), [TABLE[name] for name in ASKED], describe)

@@ -306,7 +306,7 @@ def block_calibrations(
     moved = inner.part(z, columns) - inner.part(z, base) @ gamma[:, :-1]
     own = inner.part(z, z)
     ridge = _COEFFICIENT_RIDGE * np.eye(z.size)
-    kind = kinds_of(own)
+    kind = kinds_of(grams.rows.part(z, z))
     moves = _centred(np.linalg.solve(own + ridge, moved), kind)
     information = np.einsum("bqk,bqr,brk->bk", moves, own, moves)
     return _centred(score / spread, kind), moves * spread[None, :, None], kind, information

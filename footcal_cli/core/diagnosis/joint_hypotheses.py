@@ -102,9 +102,13 @@ class SingleFinding:
 def candidates_of(
     item: Found, singles: Sequence[SingleDiagnosis], table: Mapping[str, Effect]
 ) -> tuple[JointCause, ...]:
-    """A named cause and its rivals, in every place and shape that one of the experiments has."""
+    """A named cause and its rivals, in every place and shape that one of the experiments has.
+
+    A rival by its law alone has no columns anywhere: no experiment can weigh it.
+    """
     named = item.cause.signature
-    signatures = [named, *item.cause.places, *item.cause.rivals]
+    weighed = (rival for rival in item.cause.rivals if rival.owners)
+    signatures = [named, *item.cause.places, *weighed]
     found: dict[JointCause, None] = {}
     for signature in signatures:
         groups, where = _everywhere(signature, singles)

@@ -125,13 +125,21 @@ def _contradiction(item: JointSize) -> str:
 
 
 def _resolved(item: JointSize, joint: JointDiagnosis) -> list[str]:
-    """Which rivals each experiment leaves open by itself that the others rule out."""
-    lines = []
+    """Which rivals each experiment leaves open by itself that the others rule out, or do not."""
+    lines: list[str] = []
     for single in joint.singles:
         if single.name not in item.named_by:
             continue
         own = next(names for names in _named_alone(single) if item.cause.effect in names)
-        gone = [words(name) for name in own if name not in item.rivals]
+        rivals = [rival for f in single.found.found for rival in f.cause.rivals]
+        # by its law alone: what the other experiments see does not touch it
+        by_law = {r.effect: r.where for r in rivals if not r.owners and r.effect in own}
+        lines += [
+            f"{words(name).capitalize()}{place_words(where)} acts as {words(item.cause.effect)} "
+            f"does in {single.name}, and no other experiment excludes it."
+            for name, where in by_law.items()
+        ]
+        gone = [words(name) for name in own if name not in item.rivals and name not in by_law]
         if gone:
             lines.append(
                 f"{single.name} alone cannot distinguish {words(item.cause.effect)} from "
