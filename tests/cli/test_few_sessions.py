@@ -153,6 +153,51 @@ def test_rounds_counted_on_over_days_are_sessions(
         assert not answered(record), record.sentence
 
 
+DAYS_DEGC = (18.4, 20.5, 22.0, 24.5, 27.5, 29.8)
+
+
+def warmer_days(seed: int, share: float) -> pd.DataFrame:
+    """Two rounds on four cells on each of six days; the span of the third follows the warmth."""
+    rng = np.random.default_rng([seed, 9])
+    ladder = np.linspace(0.0, LARGEST_N, 6)
+    load = np.array([*ladder, *ladder[-2::-1]])
+    rows = []
+    for day, mean in enumerate(DAYS_DEGC):
+        for number in range(2):
+            kelvin = mean + rng.normal(0.0, 0.3)
+            for cell in range(CELLS):
+                span = share * np.expm1((kelvin - 23.0) / 14.0) * (cell == 2)
+                gain = 1.0 + span + 4e-4 * rng.standard_normal()
+                counts = gain * load + rng.normal(0.0, 0.05) + 0.02 * rng.standard_normal(load.size)
+                rows.append(pd.DataFrame({
+                    "channel": f"C{cell}", "session": day, "repeat": number,
+                    "time_s": 86400.0 * day + 3600.0 * number + 60.0 * np.arange(load.size),
+                    "temperature_degc": kelvin, "load_n": load, "counts": counts,
+                }))  # fmt: skip
+    return pd.concat(rows)
+
+
+@few_or_all("temperature_scale", "temperature_bias", "nonlinearity", "bias_drift", "creep")
+@pytest.mark.parametrize("share", [6e-3, 0.0])
+def test_a_span_that_follows_six_days_is_named(
+    run: Run, tmp_path: Path, few: tuple[str, ...], share: float
+) -> None:
+    """What sessions of one cell differ by is weighed in the noise that all cells' sessions have."""
+    warmer_days(1, share).to_csv(tmp_path / "log.csv", index=False)
+    (tmp_path / "r.toml").write_text('[data]\nweights = ["log.csv"]\n', encoding="utf-8")
+    record = diagnosed(run, tmp_path, *few)
+    if share:
+        cause = record.causes[0]
+        assert (cause.effect, cause.where) == ("temperature_scale", "C2")
+        assert answered(record) <= {"temperature_scale", "temperature_bias"}
+        # the mean slope of the span over these days
+        slope = np.polyfit(DAYS_DEGC, share * np.expm1((np.array(DAYS_DEGC) - 23.0) / 14.0), 1)[0]
+        assert cause.sd is not None
+        assert abs(cause.size - slope) < 3.0 * cause.sd
+    else:
+        assert not answered(record), record.sentence
+
+
 def knees(seed: int, bow: float) -> pd.DataFrame:
     """Five repeats on four cells whose load bows as a power of it, each cell by a share of that."""
     rng = np.random.default_rng([seed, 7])
