@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from footcal_cli.core.diagnosis import moved_zero as moved_zeros
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import investigate
@@ -51,6 +54,26 @@ def test_a_zero_that_creeps_away_is_found_among_others_that_wander() -> None:
 
 def test_a_zero_that_moves_by_less_than_matters_has_not_moved() -> None:
     assert moved(walked(1, {CELL: 0.4}, wander_n=0.01)) == ""
+
+
+@pytest.mark.parametrize(("moved_nm", "expected"), [(2.0, "left.ty"), (0.0, "")])
+def test_the_torque_of_an_ankle_that_warms_up_is_found(
+    monkeypatch: pytest.MonkeyPatch, moved_nm: float, expected: str
+) -> None:
+    """Forces wander by newtons, torques by hundredths; one torque goes one way."""
+    rng = np.random.default_rng(3)
+    time_s = np.linspace(0.0, 48.0, 18)
+    zeros = {
+        f"{foot}.{axis}": (0.4 if axis[0] == "f" else 0.02) * rng.standard_normal(time_s.size)
+        for foot in ("left", "right") for axis in ("fx", "fy", "fz", "tx", "ty", "tz")
+    }  # fmt: skip
+    zeros["left.ty"] += moved_nm * time_s / time_s[-1]
+    monkeypatch.setattr(
+        moved_zeros, "at_rest",
+        lambda _, name: (time_s, zeros[name], "N" if ".f" in name else "Nm"),
+    )  # fmt: skip
+    problem = SimpleNamespace(drifts=True, traces=SimpleNamespace(names=tuple(zeros)))
+    assert moved_zero(cast(Any, problem), 1.6)[0] == expected
 
 
 def test_the_answer_names_the_cell_and_what_moves_a_zero() -> None:

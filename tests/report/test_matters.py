@@ -19,7 +19,7 @@ from footcal_cli.sheets.diagnosis.words import matters
 def row(effect: str, size: float, smallest: float) -> SimpleNamespace:
     return SimpleNamespace(
         signature=Signature(effect, effect, "left_fl", ""),
-        size=Interval(size, size, size), smallest=smallest,
+        size=Interval(size, size, size), smallest=smallest, visible=0.01,
     )  # fmt: skip
 
 
@@ -40,6 +40,15 @@ def test_of_a_set_any_effect_that_is_large_matters(
     )  # fmt: skip
     item = SimpleNamespace(cause=cause, answer=SimpleNamespace(effects=rows))
     assert matters(cast(Any, item)) is expected
+
+
+def test_what_happened_once_is_as_large_as_it_is() -> None:
+    """Of a zero that drifts a tracked calibration leaves next to nothing to see."""
+    drift = row("offset_drift", 0.05, 0.8)
+    cause = SimpleNamespace(signature=drift.signature, size=drift.size, rivals=[])
+    item = cast(Any, SimpleNamespace(cause=cause, answer=SimpleNamespace(effects=[drift])))
+    assert not matters(item)
+    assert matters(item, once=True)
 
 
 def gain(unit: str, change: float, low: float) -> Gain:

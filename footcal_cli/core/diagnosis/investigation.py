@@ -23,7 +23,7 @@ from footcal_cli.core.diagnosis.sized import is_sized
 from footcal_cli.core.diagnosis.standing import Standing, happened, standing
 from footcal_cli.core.diagnosis.stated import stated_size
 from footcal_cli.core.diagnosis.subject import Advance, Subject, uncounted
-from footcal_cli.core.diagnosis.verdicts import NAMING, form_matters, judged, usual_gains
+from footcal_cli.core.diagnosis.verdicts import NAMING, form_matters, judged, usual_beside
 from footcal_cli.core.diagnosis.ways import (
     another_way,
     as_a_curve,
@@ -224,9 +224,9 @@ def _sized(problem: Problem, path: Path, found: Sequence[Found]) -> bool:
 
 
 def named(subject: Subject, stands: Standing) -> Investigation:
-    """An answer with names; gains that every transducer has are in its model only."""
+    """An answer with names; small gains and drifts next to them are in its model only."""
     path, found = stands.path, _found(subject, stands.path)
-    if usual := usual_gains(subject, path):
+    if usual := usual_beside(subject, path):
         found = tuple(f for f, c in zip(found, path.causes, strict=True) if c not in usual)
     certain = stands.verdict is Verdict.AMBIGUOUS and not any(f.cause.rivals for f in found)
     return Investigation(

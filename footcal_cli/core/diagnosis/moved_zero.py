@@ -6,7 +6,7 @@ is tracked follows each zero, so that one that drifts shows in no residual: it s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,11 +22,14 @@ from footcal_cli.core.diagnosis.path import continued, of_one_step, untested
 from footcal_cli.core.diagnosis.rehearsal import usual
 from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.effects.contract import Effect
+from footcal_cli.core.inference.ideal import TORQUE_SHARE
 from footcal_cli.core.inference.problem import Problem
 
 _FEWEST, _FEWEST_OTHERS = 6, 3
 """Swings of which a trend is known, and zeros of other sensors that show what is usual."""
 _SURE = 1e-3
+_UNITS = {"N": 1.0, "Nm": TORQUE_SHARE}
+"""What matters in each unit, per newton that does."""
 
 
 def with_moved_zero(
@@ -66,13 +69,14 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
 
     Zeros that wander alike have trends of one variance: with τ the slope of means of swings over
     time, ``τ_i / √(Σ_j τ_j² / m) ~ t(m)`` for the m zeros j of other sensors, Bonferroni over all.
-    Of transducers the forces are looked at; what moves one axis moves others of its own, too.
+    Of transducers the forces are looked at first, then the torques among each other; what moves one
+    axis moves others of its own, too.
 
     Parameters
     ----------
     least_n
         By so much must it differ between the first quarter of the swings and the last to matter: a
-        check of the recording warns from there on too.
+        check of the recording warns from there on too. Of a torque by `TORQUE_SHARE` of it.
 
     Returns
     -------
@@ -80,12 +84,23 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
     """
     if not problem.drifts or problem.traces is None:
         return "", 1.0
-    trends, moved_n = dict[str, float](), dict[str, float]()
-    for name in problem.traces.names:
-        time_s, mean, unit = at_rest(problem, name)
-        if time_s.size >= _FEWEST and unit == "N":
+    for unit, share in _UNITS.items():
+        name, p = _of_one_unit(problem, problem.traces.names, unit, share * least_n)
+        if name:
+            return name, p
+    return "", 1.0
+
+
+def _of_one_unit(
+    problem: Problem, names: Sequence[str], unit: str, least: float
+) -> tuple[str, float]:
+    """`moved_zero` among the zeros that are read in one unit."""
+    trends, moved = dict[str, float](), dict[str, float]()
+    for name in names:
+        time_s, mean, read_in = at_rest(problem, name)
+        if time_s.size >= _FEWEST and read_in == unit:
             trends[name] = abs(float(np.polyfit(time_s, mean, 1)[0]))
-            moved_n[name] = abs(float(moved_between_ends(mean)[0]))
+            moved[name] = abs(float(moved_between_ends(mean)[0]))
     if not trends:
         return "", 1.0
     most = max(trends, key=trends.__getitem__)
@@ -96,4 +111,4 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
     usual = float(np.sqrt(np.mean(np.square(others))))
     t = trends[most] / max(usual, 1e-300)
     p = min(1.0, 2.0 * len(trends) * float(chances.t_sf(t, len(others))))
-    return (most, p) if p < _SURE and moved_n[most] > least_n else ("", p)
+    return (most, p) if p < _SURE and moved[most] > least else ("", p)

@@ -34,7 +34,7 @@ from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.sized import is_nothing
 from footcal_cli.core.diagnosis.subject import Subject
 from footcal_cli.core.diagnosis.unnamed import Unnamed, against_curves, applies, curves_of
-from footcal_cli.core.effects.contract import Trait, is_six_axis
+from footcal_cli.core.effects.contract import OF_THE_LOGS, Trait, is_six_axis
 from footcal_cli.core.inference.case import channels_of
 from footcal_cli.core.inference.evidence import sign_patterns
 from footcal_cli.core.inference.linear import left_by
@@ -121,18 +121,17 @@ def form_matters(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
     )
 
 
-def usual_gains(subject: Subject, path: Path) -> list[Cause]:
-    """Gains of axes beside a larger cause that change no output by what matters.
+def usual_beside(subject: Subject, path: Path) -> list[Cause]:
+    """Gains of axes, and zeros that move, next to a larger cause, that change nothing that matters.
 
-    Every transducer has them, within a per cent, and nobody hides them: they stay in the model and
-    are no answer.
+    Every transducer has gains within a per cent, every amplifier warms up, and nobody hides them:
+    they stay in the model and are no answer.
     """
     found = zip(path.causes, _changes(subject, path), strict=path.model is not None)
-    small = [cause for cause, change in found if _is_trifle(change, path.current)]
-    usual = [
-        cause for cause in small if Trait.AXIS_GAIN in subject.table[cause.signature.effect].traits
-    ]
-    return usual if len(usual) == len(small) < len(path.causes) else []
+    small = [cause for cause, change in found if _is_trifle(subject, path, cause, change)]
+    rows = (subject.table[cause.signature.effect] for cause in small)
+    usual = all({Trait.AXIS_GAIN, Trait.ZERO} & set(row.traits) for row in rows)
+    return small if usual and len(small) < len(path.causes) else []
 
 
 def _trifles(subject: Subject, path: Path) -> bool:
@@ -142,9 +141,10 @@ def _trifles(subject: Subject, path: Path) -> bool:
     of them gets wrong, and neither is there.
     """
     changes = _changes(subject, path)
-    if not changes or usual_gains(subject, path):
+    if not changes or usual_beside(subject, path):
         return False
-    if any(_is_trifle(change, path.current) for change in changes):
+    pairs = zip(path.causes, changes, strict=True)
+    if any(_is_trifle(subject, path, cause, change) for cause, change in pairs):
         return True
     each = [float(np.linalg.norm(change)) for change in changes]
     return float(np.linalg.norm(np.sum(changes, axis=0))) < _CANCELS * min(each)
@@ -167,9 +167,14 @@ def _changes(subject: Subject, path: Path) -> list[FloatArray]:
     return changes
 
 
-def _is_trifle(change: FloatArray, problem: Problem) -> bool:
-    """Whether no output changes by what matters (RMS)."""
-    squares = means_of((change * problem.noise) ** 2, problem.output, len(problem.outputs), np.inf)
+def _is_trifle(subject: Subject, path: Path, cause: Cause, change: FloatArray) -> bool:
+    """Whether a cause changes no output by what matters (RMS); a label where it stands."""
+    problem, shapes = path.current, subject.table[cause.signature.effect].shapes
+    there = np.ones(change.size, dtype=bool)
+    if any(shape.grid_of in OF_THE_LOGS for shape in shapes):
+        there = change != 0.0
+    squares = means_of((change * problem.noise)[there] ** 2, problem.output[there],
+                       len(problem.outputs), np.inf)  # fmt: skip
     return bool(np.all(squares < problem.tolerance**2))
 
 

@@ -27,6 +27,8 @@ def next_best(found: Investigation) -> str | None:
     cause = found.found[0].cause
     mine = cause.signature.effect
     taken = {f.cause.signature.effect for f in found.found}
+    if found.model is not None:
+        taken |= {link.effect.name for link in found.model.chain.links}
     refitted = {name: other.excess for name, other in cause.compared.items() if name not in taken}
     others = refitted or _unfitted(found.rounds[0], mine, taken)
     if not others:

@@ -107,7 +107,9 @@ def _repeats(found: Investigation) -> str | None:
 
 def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """One name or several, and nothing else."""
-    lead = "Cause" if any(matters(f) for f in found.found) else "Nothing that matters"
+    lead = (
+        "Cause" if any(matters(f, once=found.once) for f in found.found) else "Nothing that matters"
+    )
     small = _repeats(found)
     rest = "No other effect passes the tests"
     if small is not None:
@@ -151,7 +153,7 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
     ]
     certain = [f for f in found.found if not f.cause.rivals]
     sentence = f"Either {', and either '.join(groups)}: these data cannot distinguish them"
-    if not any(matters(f) for f in found.found):
+    if not any(matters(f, once=found.once) for f in found.found):
         sentence = f"Nothing that matters: e{sentence[1:].replace(':', ';')}"
     if certain:
         sure = together(words(f.cause.signature.effect) for f in certain)

@@ -231,10 +231,11 @@ def _plain(reason: str) -> str:
     return reason.split(";")[0]
 
 
-def matters(item: Found) -> bool:
+def matters(item: Found, *, once: bool = False) -> bool:
     """Whether a cause is as large as what matters: another question than whether it is there.
 
-    Of a set, whether any of it is: the loop that stands for a gain that changed may be narrow.
+    Of a set, whether any of it is: the loop that stands for a gain that changed may be narrow. What
+    happened once is as large as it is, whatever a calibration that is tracked takes up of it.
     """
     signature = item.cause.signature
     rows = {r.signature.effect: r for r in reversed(item.answer.effects)}
@@ -242,7 +243,8 @@ def matters(item: Found) -> bool:
         return True
     sizes = {s.effect: rows[s.effect].size for s in item.cause.rivals if s.effect in rows}
     sizes[signature.effect] = item.cause.size
-    return any(abs(size.value) >= rows[effect].smallest for effect, size in sizes.items())
+    seen = {effect: rows[effect].visible if once else 1.0 for effect in sizes}
+    return any(abs(s.value) >= seen[e] * rows[e].smallest for e, s in sizes.items())
 
 
 def remedy_of(found: Investigation, item: Found) -> str:
