@@ -33,7 +33,16 @@ def walked(turn_radps: float) -> tuple[FloatArray, FloatArray, FloatArray]:
 @pytest.mark.parametrize("turn_radps", [0.0, 0.1, 0.2])
 def test_a_robot_that_turns_has_one_clock(turn_radps: float) -> None:
     time_s, cells, motion = walked(turn_radps)
-    assert check_rates(time_s, cells, time_s, motion, "walk") == []
+    assert check_rates(time_s, cells, time_s + 1e-4, motion, "walk") == []
+
+
+def test_rows_of_one_table_have_one_clock() -> None:
+    """Forces that look like half the pace of the motion, in a stance, are no clock's fault."""
+    time_s, cells, motion = walked(0.0)
+    motion[:, 2::3] = motion[:1, 2::3]
+    slow = np.stack([np.interp(0.5 * time_s, time_s, cell) for cell in cells.T], axis=1)
+    assert check_rates(time_s, slow, time_s + 1e-4, motion, "stand")[0].code == "rates_differ"
+    assert check_rates(time_s, slow, time_s, motion, "stand") == []
 
 
 @pytest.mark.parametrize("turn_radps", [0.0, 0.1])
