@@ -1,7 +1,8 @@
 """Which way known loads go, of a column of two or three words: by the loads beside it.
 
-Room: sniff; asked by experiment. Words of any language will do: where rows of one word never have a
-smaller load than the row before, and rows of another never a larger one, these are up and down.
+Room: sniff; asked by experiment and which_cell. Words of any language will do: where rows of one
+word never have a smaller load than the row before, and rows of another never a larger one, these
+are up and down.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from footcal_cli.sniff.plan import LogPlan, of
 
 _LEAST_STEPS = 3
 """Loads that rise, and such that fall: one ladder of three words by chance has fewer."""
-_WORDS = (2, 3)
+WORDS = (2, 3)
 _MAY_SAY = ("label", "direction", "other", "unknown")
 
 
@@ -38,9 +39,9 @@ def with_ways(plan: LogPlan) -> LogPlan:
     if load is None:
         return plan
     for column in plan.file.of(*_MAY_SAY):
-        if column.column in used or column.codes is None or len(column.words) not in _WORDS:
+        if column.column in used or column.codes is None or len(column.words) not in WORDS:
             continue
-        names = _ways(load, column, np.zeros(load.size, np.int64) if of_cell is None else of_cell)
+        names = ways_of(load, column, np.zeros(load.size, np.int64) if of_cell is None else of_cell)
         if names:
             why = "its words say whether the load is larger or smaller than before"
             made = replace(column, names=names, why=why)
@@ -48,7 +49,7 @@ def with_ways(plan: LogPlan) -> LogPlan:
     return plan
 
 
-def _ways(load: FloatArray, column: ColumnGuess, cell: IntArray) -> dict[str, str]:
+def ways_of(load: FloatArray, column: ColumnGuess, cell: IntArray) -> dict[str, str]:
     """Words -> 1 (more load), −1 (less) or 0 (neither: the load stands); empty where not all do so.
 
     Parameters

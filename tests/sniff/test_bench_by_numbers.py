@@ -103,6 +103,22 @@ def test_other_words_beside_a_load_are_no_ways(
     assert "direction" not in columns
 
 
+def test_two_words_in_a_file_of_one_cell_are_ways_and_no_cells(run: Run, tmp_path: Path) -> None:
+    """A sheet for each cell, which its name gives."""
+    rng, files = np.random.default_rng(5), []
+    for cell, scale in (("48213", 0.0201), ("48216", 0.0199), ("48219", 0.0202)):
+        rows = [
+            f"{series};{word};{kg};{scale * kg + 0.008 + rng.normal(0, 1e-4):.4f}".replace(".", ",")
+            for series in (1, 2, 3) for word, part in (("fel", UP), ("le", DOWN)) for kg in part
+        ]  # fmt: skip
+        files.append(tmp_path / f"erocella_{cell}.csv")
+        head = f"Merocella gy.sz.;{cell}\n\nsorozat;irany;tomeg_kg;kijelzes_mV/V\n"
+        files[-1].write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+    made = recipe_of(run, tmp_path, *files)
+    assert [name[-5:] for name in made["robot"]["channels"]] == ["48213", "48216", "48219"]
+    assert made["columns"]["direction"]["names"] == {"fel": "1", "le": "-1"}
+
+
 SCALES = {"A": 4.1e-4, "B": 4.3e-4, "C": 4.2e-4}
 
 
