@@ -43,16 +43,22 @@ def without_derived(columns: list[ColumnGuess]) -> list[ColumnGuess]:
 def _without_scatter(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     """Scatter beside the mean of one quantity: ``StdCounts`` next to ``MeanCounts``.
 
-    ``std`` by itself may be a standard: it is scatter where another name says the same without it.
+    ``std`` by itself may be a standard: it is scatter where another name says the same without it,
+    or with one more word, the same for several (``std_LV_N`` next to ``F_LV_N``).
     """
     said = {c.column: frozenset(words_of(split_unit(c.column)[0])) for c in columns}
+    rests = {name: own - _SCATTERS for name, own in said.items() if own & _SCATTERS}
+    means = [own - set(_CENTRES) for name, own in said.items() if name not in rests]
+    more = [{own - rest for own in means if rest and rest < own} for rest in rests.values()]
+    alike = [own for own in set[frozenset[str]]().union(*more) if len(own) == 1]
+    shared = max(alike, key=lambda own: sum(own in each for each in more), default=None)
+    several = shared is not None and sum(shared in each for each in more) >= _LEAST_SUMMARIES
 
     def scatter(column: ColumnGuess) -> bool:
-        own = said[column.column]
-        rest = own - _SCATTERS
-        return rest < own and any(
-            rest == said[c.column] - set(_CENTRES) for c in columns if c is not column
-        )
+        rest = rests.get(column.column)
+        if rest is None:
+            return False
+        return rest in means or (several and any(own - rest == shared for own in means))
 
     return [
         c.as_quantity("other", "likely", IS_SCATTER) if c.values is not None and scatter(c) else c

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 from footcal_cli.sniff.columns import guess_file
+from footcal_cli.sniff.derived import IS_SCATTER
 from footcal_cli.sniff.listed_places import places_in
 from footcal_cli.sniff.said_gravity import gravity_in
 from footcal_cli.sniff.units import known_unit
@@ -117,6 +118,22 @@ def test_two_words_in_a_file_of_one_cell_are_ways_and_no_cells(run: Run, tmp_pat
     made = recipe_of(run, tmp_path, *files)
     assert [name[-5:] for name in made["robot"]["channels"]] == ["48213", "48216", "48219"]
     assert made["columns"]["direction"]["names"] == {"fel": "1", "le": "-1"}
+
+
+@pytest.mark.parametrize(("mean", "scatter"), [("F_{}_N", "std_{}_N"), ("kracht_{}", "sd_{}")])
+def test_scatter_next_to_means_under_another_prefix(
+    tmp_path: Path, mean: str, scatter: str
+) -> None:
+    rng = np.random.default_rng(6)
+    cells = ("LV", "RV", "RA", "LA")
+    table = pd.DataFrame({mean.format(c): rng.uniform(5.0, 90.0, 40).round(2) for c in cells})
+    for cell in cells:
+        table[scatter.format(cell)] = rng.uniform(0.1, 0.3, 40).round(2)
+    table.to_csv(tmp_path / "plate.csv", index=False)
+    guessed = {c.column: c for c in guess_file(tmp_path / "plate.csv").columns}
+    for cell in cells:
+        assert guessed[mean.format(cell)].quantity in ("reading", "unknown")
+        assert guessed[scatter.format(cell)].why == IS_SCATTER
 
 
 SCALES = {"A": 4.1e-4, "B": 4.3e-4, "C": 4.2e-4}
