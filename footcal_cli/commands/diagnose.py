@@ -227,7 +227,7 @@ def _investigated(
         read.findings.extend(against_the_bench(again, straight))
     if again is found:
         return read, found
-    answered = {s.effect for f in again.found for s in (f.cause.signature, *f.cause.rivals)}
+    answered = {effect for f in again.found for effect in f.cause.effects}
     untested = {n: why for n, why in read.untested.items() if n not in {*gains, *answered}}
     return replace(read, case=again.case, untested=untested), again
 

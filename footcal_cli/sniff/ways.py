@@ -18,7 +18,7 @@ from footcal_cli.sniff.plan import LogPlan, of
 
 _LEAST_STEPS = 3
 """Loads that rise, and such that fall: one ladder of three words by chance has fewer."""
-WORDS = (2, 3)
+_WORDS = (2, 3)
 _MAY_SAY = ("label", "direction", "other", "unknown")
 
 
@@ -39,7 +39,7 @@ def with_ways(plan: LogPlan) -> LogPlan:
     if load is None:
         return plan
     for column in plan.file.of(*_MAY_SAY):
-        if column.column in used or column.codes is None or len(column.words) not in WORDS:
+        if column.column in used or column.codes is None:
             continue
         names = ways_of(load, column, np.zeros(load.size, np.int64) if of_cell is None else of_cell)
         if names:
@@ -57,10 +57,12 @@ def ways_of(load: FloatArray, column: ColumnGuess, cell: IntArray) -> dict[str, 
     load
         In any unit, shape (n,).
     column
-        Of two or three words.
+        Of words.
     cell
         Which cell each row is of, shape (n,): loads of one say nothing of those of another.
     """
+    if len(column.words) not in _WORDS:
+        return {}
     codes = codes_of(column)
     if codes.size != load.size or cell.size != load.size or np.any(codes < 0):
         return {}

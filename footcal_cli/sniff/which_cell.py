@@ -20,7 +20,7 @@ from footcal_cli.sniff.pairs import pair_of_columns
 from footcal_cli.sniff.plan import Blank
 from footcal_cli.sniff.texts import numbers_as_labels
 from footcal_cli.sniff.units import split_unit
-from footcal_cli.sniff.ways import WORDS, ways_of
+from footcal_cli.sniff.ways import ways_of
 
 _BY_CHANCE = 1e-6
 """How rarely groups of one cell are so far apart by chance: a few columns per log, many logs."""
@@ -192,7 +192,7 @@ def cell_column(
         return labels[0] if labels else None
     one = np.zeros(force.size, dtype=np.int64)
     # up and down are two words for one cell, not two cells
-    labels = [c for c in labels if len(c.words) not in WORDS or not ways_of(force, c, one)]
+    labels = [c for c in labels if not ways_of(force, c, one)]
     if (both := pair_of_columns(force, read, _in_order(file, labels))) is not None:
         return both
     if len(labels) == 1:

@@ -105,13 +105,18 @@ class Cause:
         return {name: of_it / sum(odds.values()) for name, of_it in odds.items()}
 
     @property
+    def effects(self) -> frozenset[str]:
+        """Itself and the others of its set."""
+        return frozenset(s.effect for s in (self.signature, *self.rivals))
+
+    @property
     def begun_by(self) -> frozenset[str]:
         """Effects from which the search comes to this one: itself, its rivals, and look-alikes.
 
         A look-alike that the linear search prefers, and a full refit refuses, begins the same
         comparison: beside a clock that runs fast a delay is nearer to linear.
         """
-        return frozenset({s.effect for s in (self.signature, *self.rivals)} | set(self.compared))
+        return self.effects | set(self.compared)
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,7 @@ def _outdoes(
 
 
 def _effects(causes: Sequence[Cause]) -> set[str]:
-    return {s.effect for cause in causes for s in (cause.signature, *cause.rivals)}
+    return {effect for cause in causes for effect in cause.effects}
 
 
 def _adds_p(named: Problem, columns: FloatArray, noise: Noise, signs: FloatArray) -> float:

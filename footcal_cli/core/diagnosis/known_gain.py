@@ -45,8 +45,7 @@ def with_known_gain(
     if not path.causes or is_large(case, path.current):
         return found
     (cause,) = path.causes
-    names = {s.effect for s in (cause.signature, *cause.rivals)}
-    if not any(Trait.ALL_ALIKE in asked[name].traits for name in names):
+    if not any(Trait.ALL_ALIKE in asked[name].traits for name in cause.effects):
         return found  # what scales them nearly alike was among all the others before
     calibrated = Signature(case.experiment.calibration[0], "scale", "all cells", "")
     cause = replace(cause, rivals=(*cause.rivals, calibrated))

@@ -70,7 +70,7 @@ def applies_to(case: Case, causes: Sequence[Cause]) -> bool:
 
     Rivals of both kinds say already that these data cannot tell which mixture it is.
     """
-    kinds = [LINEAR & {s.effect for s in (c.signature, *c.rivals)} for c in causes]
+    kinds = [LINEAR & c.effects for c in causes]
     single = any(len(kind) == 1 for kind in kinds)
     return single and not is_six_axis(channels_of(case.logs))
 

@@ -6,7 +6,7 @@ is tracked follows each zero, so that one that drifts shows in no residual: it s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +24,7 @@ from footcal_cli.core.diagnosis.standing import happened
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.inference.ideal import TORQUE_SHARE
 from footcal_cli.core.inference.problem import Problem
+from footcal_cli.core.parameters import FloatArray
 
 _FEWEST, _FEWEST_OTHERS = 6, 3
 """Swings of which a trend is known, and zeros of other sensors that show what is usual."""
@@ -84,23 +85,23 @@ def moved_zero(problem: Problem, least_n: float) -> tuple[str, float]:
     """
     if not problem.drifts or problem.traces is None:
         return "", 1.0
+    swings: dict[str, dict[str, tuple[FloatArray, FloatArray]]] = {unit: {} for unit in _UNITS}
+    for name in problem.traces.names:
+        time_s, mean, unit = at_rest(problem, name)
+        if time_s.size >= _FEWEST and unit in swings:
+            swings[unit][name] = time_s, mean
     for unit, share in _UNITS.items():
-        name, p = _of_one_unit(problem, problem.traces.names, unit, share * least_n)
+        name, p = _of_one_unit(swings[unit], share * least_n)
         if name:
             return name, p
     return "", 1.0
 
 
 def _of_one_unit(
-    problem: Problem, names: Sequence[str], unit: str, least: float
+    swings: Mapping[str, tuple[FloatArray, FloatArray]], least: float
 ) -> tuple[str, float]:
-    """`moved_zero` among the zeros that are read in one unit."""
-    trends, moved = dict[str, float](), dict[str, float]()
-    for name in names:
-        time_s, mean, read_in = at_rest(problem, name)
-        if time_s.size >= _FEWEST and read_in == unit:
-            trends[name] = abs(float(np.polyfit(time_s, mean, 1)[0]))
-            moved[name] = abs(float(moved_between_ends(mean)[0]))
+    """`moved_zero` among zeros that are read in one unit: when each swing is, and what it reads."""
+    trends = {n: abs(float(np.polyfit(time_s, mean, 1)[0])) for n, (time_s, mean) in swings.items()}
     if not trends:
         return "", 1.0
     most = max(trends, key=trends.__getitem__)
@@ -111,4 +112,5 @@ def _of_one_unit(
     usual = float(np.sqrt(np.mean(np.square(others))))
     t = trends[most] / max(usual, 1e-300)
     p = min(1.0, 2.0 * len(trends) * float(chances.t_sf(t, len(others))))
-    return (most, p) if p < _SURE and moved[most] > least else ("", p)
+    moved = abs(float(moved_between_ends(swings[most][1])[0]))
+    return (most, p) if p < _SURE and moved > least else ("", p)

@@ -164,7 +164,7 @@ def continued(subject: Subject, path: Path, model: Refit, seed: int) -> Path:
     # a curve that is neither of two rivals is both of them
     either = (without_rivals(current, model), current)
     start, end = losses(subject.problem, either, current.law)
-    effects = {s.effect for c in path.causes for s in (c.signature, *c.rivals)}
+    effects = {e for c in path.causes for e in c.effects}
     last = diagnose(current, beside(path.rounds[0].rules, effects), seed, start)
     return replace(
         path,
@@ -183,7 +183,7 @@ def as_one_mixture(subject: Subject, path: Path, seed: int) -> Path:
     does: the data then say that it is a mixture, and neither that it is these two nor which one.
     Two that were looked for together and leave nothing to any other mixture stay two causes.
     """
-    both = [c for c in path.causes if {s.effect for s in (c.signature, *c.rivals)} <= LINEAR]
+    both = [c for c in path.causes if c.effects <= LINEAR]
     if len(both) != 2 or len(path.causes) != 2 or len(set(path.effects)) != 2:
         return path
     if path.pair and path.model is not None:

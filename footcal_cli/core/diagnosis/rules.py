@@ -99,6 +99,8 @@ class Rules:
     share_set
         The same, instead of the last two, where the answer is a set of rivals: which of their forms
         it is stays open anyway.
+    share_apart
+        Share that a set must explain for what it leaves in time (lines, spells) to be its form.
     fewest_blocks
         Blocks asked for.
     fewest_sessions

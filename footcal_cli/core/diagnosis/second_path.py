@@ -7,12 +7,12 @@ the cell bends or the load goes past it. Weights on the cell alone see the first
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from footcal_cli.core.diagnosis.answer import Cause, Verdict
+from footcal_cli.core.diagnosis.answer import Verdict
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.diagnosis.rehearsal import usual
 from footcal_cli.core.diagnosis.unnamed import CURVES
@@ -93,7 +93,7 @@ def _beside(
     cause, cell = item.cause, _bent_cell(item)
     if not cell or not _loses(item):
         return item
-    known = [table[n] for n in _effects(cause) if n in table]
+    known = [table[n] for n in cause.effects if n in table]
     bent = known if _bend_n(item, found, straight.get(cell)) else [
         effect for effect in known if Trait.KNEE in effect.traits
     ]  # fmt: skip
@@ -101,7 +101,7 @@ def _beside(
     paths = {
         n for effect in bent for n in effect.mimics
         if n in _OF_THE_SUM and n in table and experiment in table[n].experiments
-    } - set(_effects(cause))  # fmt: skip
+    } - cause.effects  # fmt: skip
     if not paths:
         return item
     rivals = [*cause.rivals, *(usual(table[name], cell) for name in sorted(paths))]
@@ -114,12 +114,8 @@ def _bent_cell(item: Found) -> str:
     """The one load cell that a cause says to bend, whatever its curve; empty for all else."""
     cells = [cell for _, units in item.cause.signature.owners for cell in units]
     one = len(cells) == 1 and not is_six_axis(cells)
-    bends = item.effect.name in CURVES and (CURVES | _OF_THE_SUM).issuperset(_effects(item.cause))
+    bends = item.effect.name in CURVES and item.cause.effects <= CURVES | _OF_THE_SUM
     return cells[0] if one and bends else ""
-
-
-def _effects(cause: Cause) -> Iterable[str]:
-    return (s.effect for s in (cause.signature, *cause.rivals))
 
 
 def _loses(item: Found) -> bool:

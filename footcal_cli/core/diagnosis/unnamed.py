@@ -183,7 +183,7 @@ def applies(problem: Problem, case: Case, causes: Sequence[Cause]) -> bool:
     Where the load itself is recorded beside the readings (`Problem.regressors`) the tests that know
     no cause hold every curve of it; a curve among the causes or their rivals is judged by its form.
     """
-    named = {s.effect for c in causes for s in (c.signature, *c.rivals)}
+    named = {effect for c in causes for effect in c.effects}
     unseen = "load" not in problem.regressors
     return unseen and not is_six_axis(channels_of(case.logs)) and not CURVES & named
 

@@ -127,11 +127,23 @@ def usual_beside(subject: Subject, path: Path) -> list[Cause]:
     Every transducer has gains within a per cent, every amplifier warms up, and nobody hides them:
     they stay in the model and are no answer.
     """
-    found = zip(path.causes, _changes(subject, path), strict=path.model is not None)
-    small = [cause for cause, change in found if _is_trifle(subject, path, cause, change)]
+    if len(path.causes) < 2:
+        return []
+    small = _small(subject, path, _changes(subject, path))
+    return small if _are_usual(subject, path, small) else []
+
+
+def _are_usual(subject: Subject, path: Path, small: Sequence[Cause]) -> bool:
+    """Whether small causes, of which a path has more, are gains of axes and zeros that move."""
     rows = (subject.table[cause.signature.effect] for cause in small)
     usual = all({Trait.AXIS_GAIN, Trait.ZERO} & set(row.traits) for row in rows)
-    return small if usual and len(small) < len(path.causes) else []
+    return usual and 0 < len(small) < len(path.causes)
+
+
+def _small(subject: Subject, path: Path, changes: Sequence[FloatArray]) -> list[Cause]:
+    """Causes that change no output by what matters; `changes` of each as from `_changes`."""
+    found = zip(path.causes, changes, strict=path.model is not None)
+    return [cause for cause, change in found if _is_trifle(subject, path, cause, change)]
 
 
 def _trifles(subject: Subject, path: Path) -> bool:
@@ -141,10 +153,10 @@ def _trifles(subject: Subject, path: Path) -> bool:
     of them gets wrong, and neither is there.
     """
     changes = _changes(subject, path)
-    if not changes or usual_beside(subject, path):
+    small = _small(subject, path, changes)
+    if not changes or _are_usual(subject, path, small):
         return False
-    pairs = zip(path.causes, changes, strict=True)
-    if any(_is_trifle(subject, path, cause, change) for cause, change in pairs):
+    if small:
         return True
     each = [float(np.linalg.norm(change)) for change in changes]
     return float(np.linalg.norm(np.sum(changes, axis=0))) < _CANCELS * min(each)

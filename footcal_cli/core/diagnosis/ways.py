@@ -200,8 +200,7 @@ def two_of_a_set(
         return None
     found = another_way(subject, path, rules, seed)
     cause = path.causes[0]
-    rivals = {s.effect for s in (cause.signature, *cause.rivals)}
-    if found is None or len(found[0].causes) != 2 or not rivals.issuperset(found[0].effects):
+    if found is None or len(found[0].causes) != 2 or not cause.effects >= {*found[0].effects}:
         return None
     both = found[0]
     mixed = LINEAR.issuperset(both.effects)

@@ -114,7 +114,7 @@ def law_of_noise(problem: Problem, within: Within | None = None) -> Noise:
     within
         Of the problem, where it was made before: it does not depend on the residual.
     """
-    if problem.rate_hz > 0:
+    if problem.rate_hz > 0 and problem.signatures:
         within = within or problem.within
         problem = replace(problem, residual=_beside_the_largest(problem, within))
     whitener = fit_row_whitener(problem, within)

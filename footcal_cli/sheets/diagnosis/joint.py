@@ -28,7 +28,7 @@ from footcal_cli.report import Sheet, number
 from footcal_cli.report.outcome import Outcome
 from footcal_cli.sheets.diagnosis.report import rmse_of
 from footcal_cli.sheets.diagnosis.sentences import underpowered
-from footcal_cli.sheets.diagnosis.words import place_words, together, with_interval
+from footcal_cli.sheets.diagnosis.words import alike_by_law, place_words, together, with_interval
 
 _HOW_TO_READ = (
     "A column per experiment: the size that its data prefer ± standard deviation, its own "
@@ -135,8 +135,8 @@ def _resolved(item: JointSize, joint: JointDiagnosis) -> list[str]:
         # by its law alone: what the other experiments see does not touch it
         by_law = {r.effect: r.where for r in rivals if not r.owners and r.effect in own}
         lines += [
-            f"{words(name).capitalize()}{place_words(where)} acts as {words(item.cause.effect)} "
-            f"does in {single.name}, and no other experiment excludes it."
+            f"{alike_by_law(name, where, item.cause.effect)} in {single.name}, and no other "
+            "experiment excludes it."
             for name, where in by_law.items()
         ]
         gone = [words(name) for name in own if name not in item.rivals and name not in by_law]
@@ -303,7 +303,7 @@ def _cause_record(
         for single in joint.singles
         if single.name in item.named_by
         for f in single.findings
-        if item.cause.effect in {s.effect for s in (f.cause.signature, *f.cause.rivals)}
+        if item.cause.effect in f.cause.effects
     ]
     return CauseRecord(
         effect=item.cause.effect,

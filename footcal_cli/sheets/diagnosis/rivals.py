@@ -14,7 +14,7 @@ from footcal_cli.core.inference.evidence import Interval
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.plots.words import words
 from footcal_cli.report import number
-from footcal_cli.sheets.diagnosis.words import place_words, share_interval, share_text
+from footcal_cli.sheets.diagnosis.words import alike_by_law, share_interval, share_text
 
 _INVISIBLE = 5e-4  # a share of which the shown digits are zeros
 _NOISE = 0.05  # p above which what is left is not worth a word
@@ -60,7 +60,7 @@ def against_rivals(found: Investigation) -> list[str]:
         places = {cause[::2] for cause in item.answer.library.causes}
         for rival, where in {r.effect: r.where for r in item.cause.rivals}.items():
             if (rival, where) not in places:
-                lines.append(f"{words(rival)}{place_words(where)} acts as {words(mine)} does.")
+                lines.append(f"{alike_by_law(rival, where, mine)}.")
                 continue
             other = item.cause.compared.get(rival)
             more = unfitted.get(rival) if other is None else other.excess

@@ -24,10 +24,10 @@ from footcal_cli.sheets.diagnosis.words import (
     gain_words,
     handy,
     handy_unit,
-    matters,
     remedy_of,
     shape_words,
     size_words,
+    something_matters,
     subject_words,
     together,
     where_of,
@@ -107,9 +107,7 @@ def _repeats(found: Investigation) -> str | None:
 
 def named(found: Investigation, untested: Mapping[str, str]) -> tuple[str, list[str]]:
     """One name or several, and nothing else."""
-    lead = (
-        "Cause" if any(matters(f, once=found.once) for f in found.found) else "Nothing that matters"
-    )
+    lead = "Cause" if something_matters(found) else "Nothing that matters"
     small = _repeats(found)
     rest = "No other effect passes the tests"
     if small is not None:
@@ -153,7 +151,7 @@ def ambiguous(found: Investigation, untested: Mapping[str, str]) -> tuple[str, l
     ]
     certain = [f for f in found.found if not f.cause.rivals]
     sentence = f"Either {', and either '.join(groups)}: these data cannot distinguish them"
-    if not any(matters(f, once=found.once) for f in found.found):
+    if not something_matters(found):
         sentence = f"Nothing that matters: e{sentence[1:].replace(':', ';')}"
     if certain:
         sure = together(words(f.cause.signature.effect) for f in certain)

@@ -247,6 +247,17 @@ def matters(item: Found, *, once: bool = False) -> bool:
     return any(abs(s.value) >= seen[e] * rows[e].smallest for e, s in sizes.items())
 
 
+def something_matters(found: Investigation) -> bool:
+    """Whether any named cause is as large as what matters."""
+    return any(matters(item, once=found.once) for item in found.found)
+
+
+def alike_by_law(rival: str, where: str, mine: str) -> str:
+    """That a rival that no columns stand for acts as a named cause does, without a full stop."""
+    said = f"{words(rival)}{place_words(where)} acts as {words(mine)} does"
+    return said[0].upper() + said[1:]
+
+
 def remedy_of(found: Investigation, item: Found) -> str:
     """What a user would do about a cause."""
     if found.model is None:
