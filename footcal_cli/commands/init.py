@@ -26,7 +26,10 @@ def looks_like(error: FootcalError) -> tuple[str, tuple[str, ...]]:
 
 
 def init(
-    logs: Annotated[list[Path], typer.Argument(metavar="LOG", help="Logs as they are.")],
+    logs: Annotated[
+        list[Path],
+        typer.Argument(metavar="LOG", help="Logs as they are, and notes; or their folder."),
+    ],
     output: Annotated[
         Path, typer.Option("--output", "--out", "-o", metavar="FILE.toml", help="Recipe to write.")
     ] = Path("recipe.toml"),
@@ -37,8 +40,8 @@ def init(
     from footcal_cli.errors import DataError, UsageError
     from footcal_cli.records.results import AnswerRecord
     from footcal_cli.session.answer import as_json, print_answer
-    from footcal_cli.sniff.columns import guess_file
     from footcal_cli.sniff.experiment import why_not
+    from footcal_cli.sniff.folders import guessed, in_folders
     from footcal_cli.sniff.hint import accepted
     from footcal_cli.sniff.listing import listing
     from footcal_cli.sniff.notes import notes_among, with_notes
@@ -52,10 +55,10 @@ def init(
         )
     if output.suffix.lower() != ".toml":
         raise UsageError("a recipe ends in .toml", file=output, remedy="name it so")
-    notes = notes_among(logs)
-    tables = [path for path in logs if path not in notes]
-    files = with_notes([guess_file(path) for path in tables], notes)
-    parts, others = parts_of(files)
+    paths = in_folders(logs)
+    notes = notes_among(paths)
+    files, none = guessed([path for path in paths if path not in notes], logs)
+    parts, others = parts_of(with_notes(files, notes))
     if not parts and (why := why_not(others[0])) is not None:
         raise DataError(why[0], file=others[0].path, remedy=why[1])
     if not parts:
@@ -79,6 +82,10 @@ def init(
     typer.echo("\n".join(listing(parts)))
     for other in others:
         typer.echo(f"{other.path.name}: left out, its columns fit no experiment")
+    for path in none:
+        typer.echo(f"{path.name}: left out, no table of numbers")
+    for path in notes:
+        typer.echo(f"{path.name}: read as notes")
     typer.echo(f"recipe: {output}")
     typer.echo(f"next: {said}")
     if not all(part.plan.ready for part in parts):

@@ -19,8 +19,14 @@ from footcal_cli.sniff.listed_places import grid_in, places_in
 from footcal_cli.sniff.names import FORCE, TORQUE
 from footcal_cli.sniff.units import WEIGHTS, known_unit
 
-_SUFFIXES = {".md", ".markdown", ".rst", ".adoc"}
+WRITTEN = {".md", ".markdown", ".rst", ".adoc"}
 """Endings of text that people write; a ``.txt`` may be a log."""
+_MAY_BE = {".txt", ".text", ""}
+_LONGEST = 2**17
+"""Characters of the longest notes."""
+_WORD = re.compile(r"[^\W\d_]{2,}")
+_SENTENCE, _PROSE = 5, 0.3
+"""Words of a line that is written, and the share of such lines in notes."""
 _TABLE = re.compile(r"^\s*\|?[ :]*-{3,}[ :]*\||^\s*\|.*\|", re.MULTILINE)
 _AXES = re.compile(r"(?im)^\s*\|.*\|\s*x\b[^|]*\|\s*y\b[^|]*\|")
 _MARKED = re.compile(r"^[\s#>*+-]+|[*`]+")
@@ -43,17 +49,29 @@ _BEHIND = re.compile(
 
 
 def notes_among(paths: Sequence[Path]) -> list[Path]:
-    """Files of text that people write, by their ending; one whose table is a log is none.
+    """Files of text that people write, by their ending or sentences; one that is a log is none.
 
     A log alone is a log, whatever it is called.
     """
-    found = [path for path in paths if path.suffix.lower() in _SUFFIXES and path.is_file()]
-    found = [
-        path for path in found
-        if not _TABLE.search(text := _text(path)) or _places_under_axes(path, text)
-        or not _is_log(path)
-    ]  # fmt: skip
+    found = [path for path in paths if path.is_file() and _is_written(path)]
     return found if len(found) < len(paths) else []
+
+
+def _is_written(path: Path) -> bool:
+    suffix = path.suffix.lower()
+    if suffix in _MAY_BE:
+        return path.stat().st_size < _LONGEST and _is_prose(_text(path)) and not _is_log(path)
+    if suffix not in WRITTEN:
+        return False
+    text = _text(path)
+    return not _TABLE.search(text) or _places_under_axes(path, text) or not _is_log(path)
+
+
+def _is_prose(text: str) -> bool:
+    """Whether many lines are sentences."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    said = sum(len(_WORD.findall(line)) >= _SENTENCE for line in lines)
+    return said >= max(_PROSE * len(lines), 2)
 
 
 def _places_under_axes(path: Path, text: str) -> bool:

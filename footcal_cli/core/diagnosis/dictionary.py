@@ -37,11 +37,6 @@ _MIXED, _MATRIX = "mixture", "matrix"
 MEMORIES = having(Trait.SPECTRUM)
 COMPLETE = frozenset({CURVED, _MIXED, SUMMED, *(TABLE[name].remedy for name in MEMORIES)})
 """Kinds whose columns add up to every form that a cause of theirs may have."""
-FORM = 2.0
-"""So many times as much must the wrong kind leave to the right one, as that leaves to it. Of six
-loops (Bouc and Wen, Dahl, Preisach) and nine creeps (two stages, logarithm, powers, load-dependent,
-slower in recovery) on four ladders of four to nine loads, 5 to 20 s each, without noise, the wrong
-kind leaves more in 55 of 60 cases, and in none less than half as much."""
 BELIEFS = having(Trait.BELIEF)
 """Numbers that are believed wrong: they have no form."""
 _OF_THE_SUM = having(Trait.OF_THE_SUM)

@@ -15,12 +15,12 @@ import numpy as np
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.dictionary import (
     BELIEFS,
-    FORM,
     kind_of,
     kinds_at,
     left_with,
     rival_kinds,
 )
+from footcal_cli.core.diagnosis.form import FORM
 from footcal_cli.core.diagnosis.path import Path
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject

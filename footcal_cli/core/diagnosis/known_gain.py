@@ -15,6 +15,7 @@ from footcal_cli.core.diagnosis.floor import is_large
 from footcal_cli.core.diagnosis.inquiry import Inquiry
 from footcal_cli.core.diagnosis.investigation import Investigation, named
 from footcal_cli.core.diagnosis.standing import happened
+from footcal_cli.core.diagnosis.verdicts import may_be_a_curve
 from footcal_cli.core.effects.contract import Effect, Trait
 from footcal_cli.core.inference.problem import Signature
 from footcal_cli.core.inference.tracking import COMMON_GAIN
@@ -44,6 +45,8 @@ def with_known_gain(
     case = subject.case
     if not path.causes or is_large(case, path.current):
         return found
+    if may_be_a_curve(subject, path, inquiry.rules, inquiry.seed):
+        return found  # of which gains are but the mean
     (cause,) = path.causes
     if not any(Trait.ALL_ALIKE in asked[name].traits for name in cause.effects):
         return found  # what scales them nearly alike was among all the others before

@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
-from footcal_cli.core.diagnosis.dictionary import CURVED, FORM, MEMORIES, SUMMED, kind_of, left_with
+from footcal_cli.core.diagnosis.dictionary import CURVED, MEMORIES, SUMMED, kind_of, left_with
+from footcal_cli.core.diagnosis.form import FORM
 from footcal_cli.core.diagnosis.rivals import Tried
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.diagnosis.subject import Subject

@@ -15,7 +15,7 @@ import numpy as np
 
 from footcal_cli.core.diagnosis.answer import Cause
 from footcal_cli.core.diagnosis.detection import flexible_gain
-from footcal_cli.core.diagnosis.form import Form
+from footcal_cli.core.diagnosis.form import FORM, Form
 from footcal_cli.core.diagnosis.rules import Rules
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import (
@@ -212,7 +212,8 @@ def against_curves(
         Thresholds.
     """
     left = left_beside(after, (curves.shared, curves.own), signs)
-    return Unnamed(left, _replaces(before, after, named, curves.shared, signs, rules))
+    less = left.p < rules.alpha_form
+    return Unnamed(left, _replaces(before, after, named, curves.shared, signs, rules, less=less))
 
 
 def left_beside(after: Problem, families: Sequence[FloatArray], signs: FloatArray) -> Form:
@@ -242,16 +243,24 @@ def _replaces(
     curve: FloatArray,
     signs: FloatArray,
     rules: Rules,
+    *,
+    less: bool,
 ) -> bool:
-    """Whether a curve is a rival of the named causes, by the rule for rivals with a name."""
+    """Whether a curve is a rival of the named causes, by the rule for rivals with a name.
+
+    Or because neither is all, and the curve leaves to the names less than `FORM` times what they
+    leave to it (`less`: that is surely something).
+    """
     grams, _ = whitened_grams(before.without_candidates, np.hstack([curve, named]), after.law)
     bent, mine = np.split(grams.features, [curve.shape[1]])
     base = grams.calibration
-    start, with_curve, with_names = (
+    start, with_curve, with_names, with_both = (
         float(held_out_loss(grams.inner, np.concatenate([base, part])).sum())
-        for part in (base[:0], bent, mine)
+        for part in (base[:0], bent, mine, grams.features)
     )
     if start - with_curve < rules.rival_share * (start - with_names):
         return False
+    if less and with_curve - with_both < FORM * (with_names - with_both):
+        return True
     beside = scores(grams.inner, np.concatenate([base, bent]), mine).score
     return sign_flip_group(beside, signs) > rules.alpha_beside

@@ -121,6 +121,12 @@ def form_matters(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
     )
 
 
+def may_be_a_curve(subject: Subject, path: Path, rules: Rules, seed: int) -> bool:
+    """Whether a curve of the cells without a name explains as much as the causes do."""
+    found = _unnamed(subject, path.current, path.model, path.causes, rules, seed)
+    return any(item.rival for item in found)
+
+
 def usual_beside(subject: Subject, path: Path) -> list[Cause]:
     """Gains of axes, and zeros that move, next to a larger cause, that change nothing that matters.
 
