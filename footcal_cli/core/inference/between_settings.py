@@ -47,7 +47,7 @@ def variance_between(
     for _ in range(STEPS):
         before = variance.copy()
         for g in range(kinds):
-            variance[g] = _upper(*sums.beside(kind == g, variance[kind]))
+            variance[g] = _upper(sums.beside(kind == g, variance[kind]))
         if float(np.abs(np.log(variance / before)).max()) < STOP:
             break
     return np.asarray(variance[kind])
@@ -69,8 +69,8 @@ class _Sums:
     cross: FloatArray
     own: FloatArray
 
-    def beside(self, asked: BoolArray, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Information about what is asked for, and its score, once all else is fitted.
+    def beside(self, asked: BoolArray, variance: FloatArray) -> _Shown:
+        """What settings show of the columns asked for, once all else is fitted.
 
         A setting's other columns touch no other setting: they are eliminated there, and then the
         calibration's columns from what is left.
@@ -81,53 +81,79 @@ class _Sums:
             Columns of Z, shape (q,).
         variance
             Of each, shape (q,): the prior of those not asked for.
-
-        Returns
-        -------
-        Shapes (S a, S a) and (S a,), `a` columns asked for.
         """
         others = ~asked
         inner = self.own[:, others][:, :, others] + np.diag(1.0 / variance[others])
         theirs = np.concatenate([self.own[:, others][:, :, asked], self.cross[:, others]], axis=2)
         solved = np.linalg.solve(inner, theirs)
-        many, a = len(self.own), int(asked.sum())
+        a = int(asked.sum())
         square = self.own[:, asked][:, :, asked] - theirs[..., :a].swapaxes(1, 2) @ solved[..., :a]
         cross = self.cross[:, asked] - theirs[..., :a].swapaxes(1, 2) @ solved[..., a:]
         taken = np.einsum("sox,soy->xy", theirs[..., a:], solved[..., a:])
         common = self.common - taken
         inverse = inverse_beside(common[:-1, :-1], np.sqrt(np.diag(self.common)[:-1]), RCOND)
-        flat = cross.reshape(many * a, -1)
-        known = flat[:, :-1] @ inverse
-        information = -known @ flat[:, :-1].T
-        for s in range(many):
-            at = slice(s * a, (s + 1) * a)
-            information[at, at] += square[s]
-        return information, flat[:, -1] - known @ common[:-1, -1]
+        values, vectors = np.linalg.eigh(square)
+        turned = np.reshape(vectors.swapaxes(1, 2) @ cross, (values.size, -1))
+        size, ways = np.linalg.eigh(inverse)
+        root = ways[:, size > 0.0] * np.sqrt(size[size > 0.0])
+        score = turned[:, -1] - turned[:, :-1] @ (inverse @ common[:-1, -1])
+        return _Shown(np.maximum(values, 0.0).ravel(), turned[:, :-1] @ root, score)
 
 
-def _upper(information: FloatArray, score: FloatArray) -> float:
+@dataclass(frozen=True)
+class _Shown:
+    """Information ``M = diag(λ) − W Wᵀ`` about predictions, and their score b, both turned alike.
+
+    Parameters
+    ----------
+    own
+        λ, what each setting alone shows, shape (n,).
+    common
+        W, what the calibration takes of it, shape (n, r).
+    score
+        Shape (n,).
+    """
+
+    own: FloatArray
+    common: FloatArray
+    score: FloatArray
+
+    def more(self, log_variance: float) -> float:
+        """``û'û / v`` of a variance v, less what it is with probability `_UPPER` at least.
+
+        ``K = (I + v M)⁻¹`` by Woodbury: ``Σ k = n − tr K`` and ``Σ k² = n − 2 tr K + tr K²``.
+        """
+        v = float(np.exp(log_variance))
+        inner = 1.0 / (1.0 + v * self.own)
+        weighted = inner[:, None] * self.common
+        beside = self.common.T @ weighted
+        middle = v * np.linalg.inv(np.eye(len(beside)) - v * beside)
+        squared = weighted.T @ weighted
+        both = middle @ squared
+        found = inner * self.score
+        found = found + weighted @ (middle @ (weighted.T @ self.score))
+        # 1 − 1/(1 + v λ) without the difference of what is nearly equal
+        share = v * self.own * inner
+        one = float(share.sum() - np.trace(both))
+        cubed = np.trace(middle @ (weighted.T @ (inner[:, None] * weighted)))
+        two = float(
+            np.sum(share**2) + 2.0 * (cubed - np.trace(both)) + np.einsum("ij,ji->", both, both)
+        )
+        if one <= 0.0 or two <= 0.0:
+            return 0.0
+        return v * float(found @ found) - two / one * float(chances.chi2_ppf(_UPPER, one**2 / two))
+
+
+def _upper(shown: _Shown) -> float:
     """Variance v under which predictions as small as these come with probability `_UPPER`.
 
     ``û = v (I + v M)⁻¹ b``, M the information about u once all else is fitted, b the score. If v is
     true then û'û/v is a sum of χ²₁ with weights ``k_i = v λ_i / (1 + v λ_i)``, λ the eigenvalues
     of M; that is near to ``(Σk²/Σk) χ²`` on ``(Σk)²/Σk²`` degrees of freedom (Satterthwaite).
     """
-    values, vectors = np.linalg.eigh(information)
-    seen = values > RCOND * max(float(values.max(initial=0.0)), 1e-300)
-    known, along = values[seen], (vectors.T @ score)[seen]
-    if not known.size:
-        return _LEAST
-
-    def more(log_variance: float) -> float:
-        v = float(np.exp(log_variance))
-        share = v * known / (1.0 + v * known)
-        found = v * float(np.sum((along / (1.0 + v * known)) ** 2))
-        one, two = float(share.sum()), float(np.sum(share**2))
-        return found - two / one * float(chances.chi2_ppf(_UPPER, one**2 / two))
-
     low, high = np.log(_LEAST), np.log(_MOST)
-    if more(low) <= 0.0:
+    if shown.more(low) <= 0.0:
         return _LEAST
-    if more(high) >= 0.0:
+    if shown.more(high) >= 0.0:
         return _MOST
-    return float(np.exp(optimize.brentq(more, low, high, xtol=STOP)))
+    return float(np.exp(optimize.brentq(shown.more, low, high, xtol=STOP)))

@@ -16,6 +16,7 @@ from footcal_cli.core.effects.contract import (
 )
 from footcal_cli.core.inference.linear import left_by, orthonormal
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.settings import beside_settings
 from footcal_cli.core.parameters import FloatArray
 
 _RCOND, _RANK = 1e-9, 1e-8
@@ -124,13 +125,15 @@ def _sizes_seen(
     that differs from the rest only by what does not repeat between settings would be given any.
     """
     named = [f.named and not f.is_shape for f in freed]
-    fitted = [calibration, columns[:, named]]
-    if problem.settings is not None:
-        spread = problem.settings.spread
-        fitted.append(np.pad(spread, ((0, len(columns) - len(spread)), (0, 0))))
-    basis = orthonormal(np.hstack(fitted), _RANK)
+    fitted, settings = np.hstack([calibration, columns[:, named]]), problem.settings
+    if settings is None:
+        basis = orthonormal(fitted, _RANK)
+        left = columns - basis @ (basis.T @ columns)
+    else:
+        own = np.pad(settings.columns, ((0, len(columns) - len(settings.columns)), (0, 0)))
+        groups = settings.rows(np.arange(len(settings.columns)))
+        left = beside_settings(fitted, columns, own, groups, settings.shown)
     usual = times * np.array([f.parameter.prior_sd for f in freed])
-    left = columns - basis @ (basis.T @ columns)
     size = np.sqrt(np.sum(columns**2, axis=0))
     seen = list(named)
     for i in np.argsort(-usual * np.sqrt(np.sum(left**2, axis=0)), kind="stable"):

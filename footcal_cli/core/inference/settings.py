@@ -19,7 +19,7 @@ from itertools import product
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from footcal_cli.core.inference.linear import inverse_beside, orthonormal
+from footcal_cli.core.inference.linear import inverse_beside
 from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 STEPS = 40
@@ -78,17 +78,6 @@ class Settings:
         return [np.flatnonzero(own == s) for s in range(int(own.max(initial=-1)) + 1)]
 
     @cached_property
-    def spread(self) -> FloatArray:
-        """The columns of each setting on its own rows, shape (m, settings q).
-
-        Settings draw what differs between them from one law: where a setting hardly shows a column
-        that others show, only a change that these exclude could explain anything there.
-        """
-        one = np.eye(int(self.number.max(initial=0)) + 1)[self.number]
-        whole = one[:, :, None] * (self.columns * self.shown[self.number])[:, None, :]
-        return np.asarray(whole.reshape(len(self.number), -1))
-
-    @cached_property
     def shown(self) -> BoolArray:
         """Which columns each setting shows beside what others show of them, shape (settings, q)."""
         squares = np.zeros((int(self.number.max(initial=0)) + 1, self.columns.shape[1]))
@@ -127,9 +116,7 @@ def row_levels(residual: FloatArray, loose: FloatArray, parts: list[Parts]) -> F
         squares, freedom = (np.zeros(int(part.setting.max()) + 1) for _ in range(2))
         for rows, setting in zip(part.groups, part.setting, strict=True):
             z = loose[np.ix_(rows, part.columns)]
-            values, vectors = np.linalg.eigh(z.T @ z)
-            seen = values > _ALIKE**2 * values.max(initial=0.0)
-            u = z @ (vectors[:, seen] / np.sqrt(values[seen]))
+            u = _basis(z, _ALIKE**2)
             squares[setting] += np.sum((residual[rows] - u @ (u.T @ residual[rows])) ** 2)
             freedom[setting] += rows.size - u.shape[1]
         sd = np.sqrt(squares / np.maximum(freedom, 1.0))
@@ -146,7 +133,7 @@ def beside_settings(
     groups: Sequence[IntArray],
     shown: BoolArray,
 ) -> FloatArray:
-    """Residual beside common columns and what each setting has of its own, shape (n,).
+    """Residuals beside common columns and what each setting has of its own, shape (n,) or (n, k).
 
     Least squares in two steps (Frisch and Waugh 1933): a setting's own columns touch its rows only,
     so that they are taken out of each setting's rows, and what is left is fitted in common.
@@ -154,7 +141,7 @@ def beside_settings(
     Parameters
     ----------
     common, residual
-        Columns that all settings share, and the residual, white within a part.
+        Columns that all settings share, and one residual or several, white within a part.
     loose
         Z, likewise.
     groups, shown
@@ -163,11 +150,18 @@ def beside_settings(
     both = np.column_stack([common, residual])
     for rows, seen in zip(groups, shown, strict=True):
         for at, own in _apart(loose[np.ix_(rows, np.flatnonzero(seen))]):
-            basis, mine = orthonormal(own, np.sqrt(RCOND)), rows[at]
+            basis, mine = _basis(own / np.linalg.norm(own, axis=0), RCOND), rows[at]
             both[mine] -= basis @ (basis.T @ both[mine])
-    columns, left = both[:, :-1], both[:, -1]
+    columns, left = both[:, : common.shape[1]], both[:, common.shape[1] :].reshape(residual.shape)
     inverse = inverse_beside(columns.T @ columns, np.linalg.norm(common, axis=0), RCOND)
     return np.asarray(left - columns @ (inverse @ (columns.T @ left)))
+
+
+def _basis(columns: FloatArray, rcond: float) -> FloatArray:
+    """Orthonormal basis of what few columns span, by the eigenvalues of their products."""
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    seen = values > rcond * values.max(initial=0.0)
+    return np.asarray(columns @ (vectors[:, seen] / np.sqrt(values[seen])))
 
 
 def _apart(columns: FloatArray) -> Iterator[tuple[IntArray, FloatArray]]:

@@ -17,7 +17,7 @@ from footcal_cli.core.experiments.placements import EXPERIMENT
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.written import Written
 from footcal_cli.core.log import Log
-from footcal_cli.core.parameters import FloatArray, ParameterSet
+from footcal_cli.core.parameters import FloatArray, IntArray, ParameterSet
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError
 from footcal_cli.intake.cases.shared import (
@@ -57,7 +57,10 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     load = np.concatenate([t.number("load_n") for t in tables])
     counts = np.concatenate([t.numbers([f"{c}_counts" for c in cells]) for t in tables])
     stamps = np.concatenate([t.optional("time_s") for t in tables])
-    timed = bool(np.isfinite(stamps).all())
+    placed, each_foot = np.column_stack([hole, load]), [foot == name for name in np.unique(foot)]
+    timed = bool(np.isfinite(stamps).all()) and all(
+        _of_one_clock(stamps[mine], placed[mine]) for mine in each_foot
+    )
     logs = []
     known = {} if session.parameters is None else session.parameters.calibrated_cells
     for name in dict.fromkeys(foot):
@@ -154,8 +157,7 @@ def _log_of(
     Readings in a row with the same weight in the same hole are one placement; a weight put there
     again later is another, and all that lies on a hole in one go is one block.
     """
-    key = np.column_stack([hole_m.round(6), load_n.round(6)])
-    placement = np.cumsum(np.any(np.diff(key, axis=0, prepend=key[:1]) != 0, axis=1))
+    placement = _in_a_row(np.column_stack([hole_m, load_n]))
     number = int(placement.max()) + 1
 
     def mean(values: FloatArray) -> FloatArray:
@@ -173,6 +175,18 @@ def _log_of(
     when = np.arange(float(number)) if stamps is None else mean(stamps)
     block = np.cumsum(moved).astype(np.int64)
     return Log("placements", channels, when, mean(counts), known, block)
+
+
+def _in_a_row(placed: FloatArray) -> IntArray:
+    """Number of the placement of each row: rows of one follow one another, shape (n,)."""
+    key = placed.round(6)
+    return np.cumsum(np.any(np.diff(key, axis=0, prepend=key[:1]) != 0, axis=1))
+
+
+def _of_one_clock(stamps: FloatArray, placed: FloatArray) -> bool:
+    """Whether placements follow one another by their stamps; not where each file begins at zero."""
+    order = np.argsort(stamps, kind="stable")
+    return bool(_in_a_row(placed[order]).max() <= _in_a_row(placed).max())
 
 
 def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:
