@@ -13,12 +13,17 @@ import numpy as np
 
 from footcal_cli.core.inference.case import Case, rows_of
 from footcal_cli.core.inference.linear import left_by
+from footcal_cli.core.inference.problem import Problem
 from footcal_cli.core.inference.signatures import calibration_columns
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _FAR = 6.0  # sd of what a row leaves, from which its weight in the fit falls
 _APART = 8.0  # sd of where visits seem to be, from which one lies elsewhere
 _LEAST_M = 1e-3
+_HEAVIER = 6.0  # sd of the loads, in N and as shares of what is written, from which one is another
+_THERE = 4.0  # sd of moments within which a weight lies where its label says
+_LEAST_SHARE = 2e-3
+_FEWEST = 5  # placements of one load that have a middle of their own
 _MOST = 0.3  # of the visits; more of them are no labels
 _STEPS = 8
 _MIDDLE = 0.6745
@@ -47,6 +52,73 @@ class Elsewhere:
     nearest_m: FloatArray | None
     visits: int
     of: int
+
+
+@dataclass(frozen=True)
+class Misloaded:
+    """One placement that weighs otherwise than its label says, and lies where it says.
+
+    Parameters
+    ----------
+    foot, hole
+        Whose plate, and the number of the hole.
+    written_n, off_n
+        The label's load, and how much more the cells carry.
+    times
+        That in sd of all placements.
+    """
+
+    foot: str
+    hole: int
+    written_n: float
+    off_n: float
+    times: float
+
+
+def misloaded(case: Case) -> tuple[Misloaded, ...]:
+    """Placements whose weight was another one: the load differs, the moment about the hole not."""
+    rows, left, load, _ = _left_by_most(case)
+    laid = load > 0.0
+    mine = np.flatnonzero(laid & (rows.output == rows.outputs.index("fz")))
+    off = left[mine] - _of_label(left[mine], load[mine])
+    times = np.minimum(_times(off), _times(off / load[mine]))
+    far = (times > _HEAVIER) & (np.abs(off) > _LEAST_SHARE * load[mine])
+    if far.mean() > _MOST:
+        return ()
+    found = []
+    for at, more, sd in zip(mine[far], off[far], times[far], strict=True):
+        if np.all(_moments_of(rows, left, laid, int(at)) < _THERE):
+            log = case.logs[int(rows.log[at])]
+            hole = int(log.known["hole"][rows.row[at]])
+            foot = log.channels[0].rpartition("_")[0]
+            found.append(Misloaded(foot, hole, float(load[at]), float(more), float(sd)))
+    return tuple(found)
+
+
+def _of_label(left: FloatArray, load: FloatArray) -> FloatArray:
+    """The middle of what all placements of one load leave: a curve, or a label that is off."""
+    middle = np.zeros(left.size)
+    for label in np.unique(load.round(6)):
+        mine = load.round(6) == label
+        if np.count_nonzero(mine) >= _FEWEST:
+            middle[mine] = np.median(left[mine])
+    return middle
+
+
+def _times(values: FloatArray) -> FloatArray:
+    """|x| from the middle, in robust sd."""
+    middle = np.median(values)
+    return np.asarray(np.abs(values - middle) / max(float(_scatter(values)), 1e-300))
+
+
+def _moments_of(rows: Problem, left: FloatArray, laid: BoolArray, at: int) -> FloatArray:
+    """|moments| of the placement of a row, in robust sd of all placements."""
+    same = (rows.log == rows.log[at]) & (rows.row == rows.row[at])
+    found = []
+    for o in np.unique(rows.output[same & (rows.output != rows.output[at])]):
+        of = laid & (rows.output == o)
+        found.append(float(_times(left[of])[same[of]][0]))
+    return np.array(found)
 
 
 def relabelled(case: Case) -> tuple[Case, tuple[Elsewhere, ...]]:
@@ -103,11 +175,12 @@ def _elsewhere(
     )  # fmt: skip
 
 
-def _displacements(case: Case) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Where the weight of each visit seems to lie from its label, m, (n, 2); its load, log, block.
+def _left_by_most(case: Case) -> tuple[Problem, FloatArray, FloatArray, IntArray]:
+    """What a calibration leaves in which rows far off weigh little (Huber's weights), N and Nm.
 
-    ``δ = (Δm_y-lever, Δm_x-lever) / load`` of what a calibration leaves in which rows far off
-    weigh little (Huber's weights).
+    Returns
+    -------
+    Rows, what is left of each, and its load and block, shape (m,) each.
     """
     rows = rows_of(case)
     columns, turn = calibration_columns(case, rows)
@@ -133,6 +206,15 @@ def _displacements(case: Case) -> tuple[FloatArray, FloatArray, IntArray, IntArr
         here = rows.log == i
         load[here] = log.known["load_n"][rows.row[here]]
         block[here] = log.block[rows.row[here]]
+    return rows, left, load, block
+
+
+def _displacements(case: Case) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Where the weight of each visit seems to lie from its label, m, (n, 2); its load, log, block.
+
+    ``δ = (Δm_y-lever, Δm_x-lever) / load`` of what most rows leave.
+    """
+    rows, left, load, block = _left_by_most(case)
     kinds, at = np.unique(np.stack([rows.log, block], axis=1), axis=0, return_inverse=True)
     at = np.asarray(at).ravel()
     shift, heavy = np.zeros((len(kinds), 2)), np.zeros((len(kinds), 2))

@@ -21,6 +21,7 @@ _LEAST_ROWS = 1.5  # rows of a block per direction in which its calibration may 
 _DROP = 1e-6
 _RCOND = 1e-9
 _DEPENDENT = 1e-10
+_MOST = 1e8  # variance from which a direction is free in every block
 _CLEAR = 1e-3  # ratio of a Cholesky factor's diagonal, above which no direction is dependent
 
 
@@ -144,6 +145,7 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
         beside_theta[:-1] = -_solved(left[:-1, :-1], left[:-1, -1])
         mean = shrunk @ beside_theta
         updated = np.mean(mean**2 + np.einsum("bii->bi", posterior), axis=0)
+        updated = np.minimum(updated, _MOST)
         change = np.abs(np.log(updated / variance)).max()
         variance = updated
         if change < _EM_STOP:

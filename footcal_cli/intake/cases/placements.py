@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footcal_cli.core.checks.holes import check_placed
-from footcal_cli.core.diagnosis.labels import Elsewhere, relabelled
+from footcal_cli.core.diagnosis.labels import Elsewhere, Misloaded, misloaded, relabelled
 from footcal_cli.core.effects import having
 from footcal_cli.core.effects.contract import Trait
 from footcal_cli.core.experiments.placements import EXPERIMENT
@@ -101,7 +101,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     unit, newtons = load_unit(tables)
     holes = holes_written(case, foot, hole, np.where(load != 0.0, name, ""))
     case = replace(case, written=Written(holes, unit, newtons))
-    findings += _labels_found(elsewhere)
+    findings += [*_labels_found(elsewhere), *_loads_found(misloaded(case), case.written)]
     untested, instead = _left_out_with(session, load), {}
     if not timed and not any(_sorted(log) for log in logs):
         instead = in_order(EXPERIMENT, "placement", PLACEMENT_S)
@@ -204,6 +204,21 @@ def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:
             "put a weight into that hole once more, and correct the label of these visits",
         )
         for one in elsewhere
+    ]  # fmt: skip
+
+
+def _loads_found(otherwise: Sequence[Misloaded], written: Written) -> list[Finding]:
+    """Placements whose weight was another one than their label says, in words."""
+    return [
+        Finding(
+            "weight_otherwise", "warning", one.foot,
+            f"{written.holes.get(one.hole, 'a hole')}, written {one.written_n / written.load_n:.5g} "
+            f"{written.load_unit}: the cells carry {abs(one.off_n) / written.load_n:.3g} "
+            f"{written.load_unit} {'more' if one.off_n > 0 else 'less'} ({one.times:.0f} times "
+            "what placements scatter), and in the right place",
+            "look up which weight lay there, and correct the label or repeat this placement",
+        )
+        for one in otherwise
     ]  # fmt: skip
 
 
