@@ -60,7 +60,8 @@ def test_a_gain_beyond_the_data_sheet_is_named(
     found = diagnosed(plate_stand(19, gain=np.array([1, 1, 0.95, 1, 1, 1])), tmp_path, run, few)
     named = {cause.effect for cause in found.causes}.union(*found.rivals)
     assert "scale_matrix" in named
-    assert {c.where for c in found.causes if c.effect == "scale_matrix"} == {"fp_1"}
+    gains = [one.owners for one in found.suspects if one.effect == "scale_matrix"]
+    assert [list(owners) for owners in gains] == [["fp_1"]]
 
 
 @KINDS

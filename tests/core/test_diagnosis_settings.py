@@ -208,7 +208,9 @@ def test_what_settings_leave_is_that_of_one_regression_on_all_their_columns() ->
     residual = rng.standard_normal(300)
     every = settings.rows(np.arange(300))
     left = beside_settings(common, residual, columns, every, settings.shown)
-    whole = np.hstack([common, settings.spread])
+    shown = columns * settings.shown[number]
+    own = (np.eye(5)[number][:, :, None] * shown[:, None, :]).reshape(300, -1)
+    whole = np.hstack([common, own])
     expected = residual - whole @ np.linalg.lstsq(whole, residual, rcond=1e-9)[0]
     assert left == pytest.approx(expected, abs=1e-9)
 

@@ -44,7 +44,7 @@ class Grams:
     """Inner products of all columns, block by block, in units of the noise.
 
     Columns are [calibration | accepted | wandering | signatures | features | residual]; wandering
-    ones are the independent directions in which a block's own calibration may differ.
+    ones are the columns by which a block's own calibration may differ.
 
     Parameters
     ----------
@@ -112,8 +112,8 @@ def whitened_grams(
 ) -> tuple[Grams, RowWhitener]:
     """Whiten rows, then account for a calibration that wanders from block to block.
 
-    ``V_b = I + Z_b D Z_bᵀ`` with Z the independent directions of the calibration and of offsets of
-    the outputs; D diagonal, its variances estimated by expectation maximisation from the data.
+    ``V_b = I + Z_b D Z_bᵀ`` with Z the columns of the calibration and the offsets of the outputs; D
+    diagonal, its variances estimated by expectation maximisation from the data.
 
     Parameters
     ----------

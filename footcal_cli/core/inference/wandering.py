@@ -1,6 +1,6 @@
 """A calibration that wanders from block to block: where to, how far, and what that takes out.
 
-``V_b = I + Z_b D Z_bᵀ``: Z has the directions in which a block's own calibration may differ, the
+``V_b = I + Z_b D Z_bᵀ``: Z has the numbers by which a block's own calibration may differ, the
 diagonal D their variances.
 """
 
@@ -22,12 +22,16 @@ _DROP = 1e-6
 _RCOND = 1e-9
 _DEPENDENT = 1e-10
 _MOST = 1e8  # variance from which a direction is free in every block
+_SMALLEST = 1e-300
 _CLEAR = 1e-3  # ratio of a Cholesky factor's diagonal, above which no direction is dependent
 
 
 def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
-    """Columns of the directions in which a block's own calibration may differ, shape (m, w).
+    """Columns by which a block's own calibration may differ, of unit information per block, (m, w).
 
+    Every column of the calibration and every offset, each on its own; what changes no output is
+    dropped. Combinations independent in the noise would be arbitrary: the calibration's columns are
+    orthogonal, and which of equals an eigenvector mixes is rounding.
     None where it is tracked, where it differs between settings instead, and where blocks have too
     few rows to show one of their own, unless pieces of one observation show their noise.
     """
@@ -36,30 +40,21 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
         return nothing
     if problem.turned:
         return nothing
-    turn = _directions(problem, whitener)
-    few = problem.residual.size <= _LEAST_ROWS * turn.shape[1] * problem.blocks
-    if few and not problem.pieces:
-        return nothing
-    return np.asarray(np.hstack([problem.calibration, _offsets(problem)]) @ turn)
+    columns = np.hstack([problem.calibration, _offsets(problem)])
+    white = whitener(columns)
+    gram = white.T @ white / max(problem.blocks, 1)
+    squares = np.diag(gram)
+    kept = squares > _DROP * squares.max(initial=_SMALLEST)
+    size = np.sqrt(squares[kept])
+    values = np.linalg.eigvalsh(gram[np.ix_(kept, kept)] / np.outer(size, size))
+    independent = np.count_nonzero(values > _DROP * values.max(initial=_SMALLEST))
+    few = problem.residual.size <= _LEAST_ROWS * independent * problem.blocks
+    return nothing if few and not problem.pieces else np.asarray(columns[:, kept] / size)
 
 
 def _offsets(problem: Problem) -> FloatArray:
     """One column of ones per output."""
     return np.eye(len(problem.outputs))[problem.output]
-
-
-def _directions(problem: Problem, whitener: RowWhitener) -> FloatArray:
-    """Turn calibration and offsets into independent directions of unit information per block.
-
-    Combinations that change no output are dropped.
-    """
-    basis = np.hstack([problem.calibration, _offsets(problem)])
-    white = whitener(basis)
-    gram = white.T @ white / max(problem.blocks, 1)
-    scale = np.sqrt(np.clip(np.diag(gram), 1e-300, None))
-    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
-    kept = values > _DROP * max(float(values.max(initial=0.0)), 1e-300)
-    return np.asarray(vectors[:, kept] / scale[:, None] / np.sqrt(values[kept]))
 
 
 def variance_beside(

@@ -209,13 +209,14 @@ def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:
 
 def _loads_found(otherwise: Sequence[Misloaded], written: Written) -> list[Finding]:
     """Placements whose weight was another one than their label says, in words."""
+    unit, one_n = written.load_unit, written.load_n
     return [
         Finding(
             "weight_otherwise", "warning", one.foot,
-            f"{written.holes.get(one.hole, 'a hole')}, written {one.written_n / written.load_n:.5g} "
-            f"{written.load_unit}: the cells carry {abs(one.off_n) / written.load_n:.3g} "
-            f"{written.load_unit} {'more' if one.off_n > 0 else 'less'} ({one.times:.0f} times "
-            "what placements scatter), and in the right place",
+            f"{written.holes.get(one.hole, 'a hole')}, written {one.written_n / one_n:.5g} {unit}: "
+            f"the cells carry {abs(one.off_n) / one_n:.3g} {unit} "
+            f"{'more' if one.off_n > 0 else 'less'} ({one.times:.0f} times what placements "
+            "scatter), and in the right place",
             "look up which weight lay there, and correct the label or repeat this placement",
         )
         for one in otherwise
