@@ -13,7 +13,7 @@ from footcal_cli.sniff.names import common_start, name_guess
 from footcal_cli.sniff.plan import NOT_SAID, Entry
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import MASSES, WEIGHTS, known_unit
-from footcal_cli.sniff.vocabulary import OF_A_ROW, WITH_A_LEG
+from footcal_cli.sniff.vocabulary import LEGS, OF_A_ROW, WITH_A_LEG
 
 _LOAD = re.compile(
     r"(\d+(?:[.,p]\d+)?)[ _]*(kg|g|N|lb|lbs|mg|kN|oz|ozf|kgf|gf|lbf|daN|mN)?", re.IGNORECASE
@@ -73,6 +73,13 @@ class Names:
         """Whether a word for cells stands before the numbers that tell the names apart."""
         before = re.search(r"([^\W\d_]+)[\W_]*$", self.head)
         return before is not None and before[1].lower() in _CELLS
+
+    @property
+    def of_legs(self) -> bool:
+        """Whether a word for legs stands before one letter or two, or a number, of each name."""
+        before = re.search(r"([^\W\d_]+)[\W_]*$", self.head)
+        short = all(re.fullmatch(r"[A-Za-z]{1,2}|\d{1,2}", word) for word in self.middle)
+        return before is not None and before[1].lower() in LEGS and short
 
     @property
     def with_unit(self) -> tuple[tuple[str, ...], str]:

@@ -54,11 +54,12 @@ _SPELLINGS: dict[Quantity, str] = {
     "řada série opakování sarja seria sorozat ismétlés powtórzenie tekrar 回数 轮次 周回",
     "session": "session day tag set block sitzung",
     "phase": "phase shaft crank winkel drehwinkel kurbelwinkel fase fázis fáze faza vaihe fas "
-    "angolo angulo ángulo ângulo hoek vinkel kulma kąt úhel açı фаза угол 角度 相位 位相",
+    "angolo angulo ángulo ângulo hoek vinkel kulma kąt úhel açı góc goc фаза угол 角度 相位 "
+    "位相",
     "orientation": "orientation lage attitude ori orientacion orientación orientação orientamento",
     "placement": "placement hole point position loch punkt place spot pose bohrung bohrloch trou "
     "agujero orificio foro furo buraco punto ponto stelle hål hul gat otwór otwor ana",
-    "contact": "contact kontakt stance",
+    "contact": "contact kontakt stance temas chạm cham",
     "pressure": "pressure druck pression",
     "other": "humidity feuchte luftfeuchte feuchtigkeit humedad "
     "status state flag error err battery batt dropout valid quality rssi crc checksum "
@@ -143,13 +144,13 @@ SIDES = {"left": "left", "l": "left", "links": "left", "right": "right", "r": "r
                            "левый", "hidari", "izda", "lewa", "lewy", "lewe", "vasen", "vasemman",
                            "levá", "levý", "levé", "leva", "levy", "leve", "ľavá", "ľavý",
                            "lijeva", "lijevi", "ліва", "лівий", "vänstra", "stânga", "stanga",
-                           "αριστερό"), "left"),
+                           "αριστερό", "trái", "trai"), "left"),
           **dict.fromkeys(("rechte", "rechter", "rechtes", "derecha", "derecho", "destra",
                            "destro", "direita", "direito", "höger", "højre", "правая",
                            "правый", "migi", "dcha", "prawa", "prawy", "prawe", "oikea", "oikean",
                            "pravá", "pravý", "pravé", "prava", "pravy", "prave", "desna", "desni",
-                           "права", "правий", "högra", "høyre", "dreapta", "δεξί"),
-                          "right")}  # fmt: skip
+                           "права", "правий", "högra", "høyre", "dreapta", "δεξί", "phải",
+                           "phai"), "right")}  # fmt: skip
 DIRECTIONS = {
     word: sign
     for sign, spellings in {

@@ -125,3 +125,15 @@ def test_a_corner_that_touches_is_among_the_causes(
     assert "hinge" in rivals
     assert set(rivals) - CURVES == {"load_bypass"}
     assert "Load bypass in foot_fr acts as" in done.out
+
+
+def test_stamps_that_begin_again_in_every_file_sort_nothing(run: Run, tmp_path: Path) -> None:
+    """Readings of one placement stay together: 72 of them, three outputs each."""
+    placed = placements(4, 0.0)
+    rows = placed.loc[placed.index.repeat(5)].reset_index(drop=True)
+    rows["time_s"] = np.tile(np.arange(5) / 80.0, len(placed))
+    recipe, given = calibrated(run, tmp_path, rows)
+    done = run("diagnose", "--experiment", "placements", "--recipe", recipe, "--without", "creep",
+               "--parameters", given, "--no-pictures", "--out", tmp_path / "out")  # fmt: skip
+    assert done.exit_code == 0, done.err
+    assert read_record(DiagnosisRecord, tmp_path / "out/diagnosis.json").rows == 3 * len(placed)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from footcal_cli.core.chain import Chain, link
 from footcal_cli.core.diagnosis.bridge import problem_from
 from footcal_cli.core.diagnosis.floor import MOST, times_floor
-from footcal_cli.core.diagnosis.labels import relabelled
+from footcal_cli.core.diagnosis.labels import misloaded, relabelled
 from footcal_cli.core.diagnosis.signals import describe
 from footcal_cli.core.effects import find_effect
 from footcal_cli.core.experiments.placements import EXPERIMENT
@@ -21,19 +23,30 @@ HOLES = np.array([[x, y] for x in (-0.02, 0.01, 0.04) for y in (-0.02, 0.0, 0.02
 NOISE_N, GAIN_SD, BIAS_SD_N = 0.02, 0.01, 0.1
 
 
-def _case(moved: tuple[int, ...] = (), gain: float = 1.0, *, light: bool = False) -> Case:
+def _case(
+    moved: tuple[int, ...] = (),
+    gain: float = 1.0,
+    *,
+    light: bool = False,
+    lighter_n: Mapping[int, float] | None = None,
+    seed: int = 3,
+) -> Case:
     """27 visits of two weights each; those `moved` lay in the first hole, whatever they say.
 
-    With `light` every fourth visit is of a hundredth of that weight.
+    With `light` every fourth visit is of a hundredth of that weight; `lighter_n` are rows of which
+    the weight was so much lighter than written.
     """
-    rng = np.random.default_rng(3)
+    rng = np.random.default_rng(seed)
     visit = np.repeat(np.arange(27), 2)
     label = np.tile(np.arange(len(HOLES)), 3)
     real = label.copy()
     real[list(moved)] = 0
     load = np.tile([10.0, 30.0], 27) * np.where(light & (visit % 4 == 0), 0.01, 1.0)
     grid = np.column_stack([np.ones(4), CELLS])
-    wanted = np.column_stack([np.ones(54), HOLES[real[visit]]]) * load[:, None]
+    lay = load.copy()
+    for row, less in (lighter_n or {}).items():
+        lay[row] -= less
+    wanted = np.column_stack([np.ones(54), HOLES[real[visit]]]) * lay[:, None]
     shares = wanted @ np.linalg.pinv(grid.T).T
     counts = gain * (shares + NOISE_N * rng.normal(size=shares.shape))
     log = Log(
@@ -83,6 +96,19 @@ def test_a_light_weight_seems_to_lie_anywhere_and_is_no_wrong_label() -> None:
     _, found = relabelled(_case(moved=(13,), light=True))
     assert [(f.visits, f.of) for f in found] == [(1, 3)]
     np.testing.assert_allclose(found[0].seems_m, HOLES[0], atol=1e-3)
+
+
+def test_a_weight_that_lay_there_in_place_of_the_written_one_is_found() -> None:
+    (one,) = misloaded(_case(lighter_n={21: 0.8}))
+    assert (one.foot, one.hole, one.written_n) == ("left", 1, 30.0)
+    # the mean of the two weights of this visit, and what cells scatter
+    assert abs(one.off_n + 0.8) < 5.0 * 2.0 * NOISE_N
+
+
+def test_weights_that_are_right_or_lay_elsewhere_are_no_others() -> None:
+    assert [misloaded(_case(seed=seed)) for seed in range(40)] == [()] * 40
+    assert misloaded(_case(moved=(13,))) == ()
+    assert misloaded(_case(light=True)) == ()
 
 
 def test_a_gain_that_no_calibration_may_have_moved_by_is_far_above_the_floor() -> None:

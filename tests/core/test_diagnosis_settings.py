@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from footcal_cli.core.diagnosis.engine import diagnose
 from footcal_cli.core.diagnosis.rules import Rules
-from footcal_cli.core.inference.between_settings import variance_between
+from footcal_cli.core.inference.between_settings import Shown, variance_between
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.settings import (
     Parts,
@@ -213,6 +214,20 @@ def test_what_settings_leave_is_that_of_one_regression_on_all_their_columns() ->
     whole = np.hstack([common, own])
     expected = residual - whole @ np.linalg.lstsq(whole, residual, rcond=1e-9)[0]
     assert left == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("log_variance", [-9.0, -2.0, 0.0, 4.0])
+def test_predictions_of_settings_scatter_as_the_eigenvalues_say(log_variance: float) -> None:
+    """``û = v (I + v M)⁻¹ b`` and Satterthwaite's sums, with M as one matrix."""
+    rng = np.random.default_rng(5)
+    own, score = rng.uniform(1.0, 9.0, 12), rng.standard_normal(12)
+    common = 0.4 * rng.standard_normal((12, 3))
+    m, v = np.diag(own) - common @ common.T, np.exp(log_variance)
+    share = v * np.linalg.eigvalsh(m) / (1.0 + v * np.linalg.eigvalsh(m))
+    found = np.linalg.solve(np.eye(12) + v * m, score)
+    one, two = share.sum(), np.sum(share**2)
+    expected = v * found @ found - two / one * stats.chi2.ppf(0.1, one**2 / two)
+    assert Shown(own, common, score).more(log_variance) == pytest.approx(expected, rel=1e-6)
 
 
 SHAPE = np.array([0.0] * 7 + [0.4, 1.0, 1.0])

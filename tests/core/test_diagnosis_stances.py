@@ -14,8 +14,13 @@ from footcal_cli.core.diagnosis.weighing import alike_as
 from footcal_cli.core.inference.evidence import sign_patterns
 from footcal_cli.core.inference.grams import Grams, whitened_grams
 from footcal_cli.core.inference.problem import Problem, Signature
+from footcal_cli.core.inference.products import block_products
 from footcal_cli.core.inference.scores import scores
-from footcal_cli.core.inference.wandering import variance_beside, wandering_variance
+from footcal_cli.core.inference.wandering import (
+    variance_beside,
+    wandering_columns,
+    wandering_variance,
+)
 from footcal_cli.core.inference.whitening import has_single_rows
 from footcal_cli.core.parameters import FloatArray
 
@@ -141,6 +146,30 @@ def test_nothing_is_taken_for_an_effect_more_often_than_said() -> None:
         z.append(found / sd)
     # 24 stances tell of the variance: Student's t on some 20 degrees of freedom
     assert np.mean(np.abs(z) > stats.t.isf(0.025, 20)) < 0.05 + 3 * np.sqrt(0.05 / 100)
+
+
+def test_what_wanders_hangs_on_no_rounding() -> None:
+    """Of columns of equal information any mixture is an eigenvector."""
+    problem = standing(0)
+    rng = np.random.default_rng(1)
+    near = 1.0 + 1e-12 * rng.standard_normal(problem.calibration.shape)
+    turned = replace(problem, calibration=problem.calibration * near)
+    one, other = (wandering_columns(p, p.law.whitener) for p in (problem, turned))
+    assert one.shape[1] > OUTPUTS
+    np.testing.assert_allclose(other, one, atol=1e-6 * np.abs(one).max())
+
+
+def test_a_direction_that_one_block_shows_is_free_there() -> None:
+    """However far that block is off; the others know nothing of it."""
+    rng = np.random.default_rng(2)
+    block = np.repeat(np.arange(20), 10)
+    alone = np.where(block == 3, 1.0, 0.0)
+    columns = np.column_stack([np.ones(200), rng.standard_normal(200), alone])
+    residual = rng.standard_normal(200) + 1e9 * alone
+    rows = block_products(np.column_stack([columns, residual]), block, 20)
+    variance = wandering_variance(rows, np.array([0]), np.array([1, 2]))
+    assert np.all(np.isfinite(variance))
+    assert variance[0] < 1.0 < variance[1]
 
 
 @pytest.mark.slow

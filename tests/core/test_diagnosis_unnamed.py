@@ -70,6 +70,22 @@ def test_a_curve_that_was_taken_for_crosstalk_shows(seed: int) -> None:
     assert found.rival or found.left.bought > 0.0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_curve_that_leaves_less_than_a_name_does_takes_its_place(seed: int) -> None:
+    """A name that is most of a curve: neither is all, the curve is more."""
+    rng = np.random.default_rng(seed)
+    world = make_world(rng, trials=12)
+    table = library_effects(world)
+    other = rows(sized(world, table["crosstalk"][0][1], 1.0))
+    bent = curves(world).shared[:, 1]
+    blank = problem_of(world, noise_of(world, "ar9", rng))
+    problem = replace(blank, residual=blank.residual + 3.0 * bent)
+    named = (bent + 0.3 * other / np.sqrt(np.mean(other**2)))[:, None]
+    signs = sign_patterns(problem.blocks, seed)
+    after = replace(problem, accepted=named)
+    assert against_curves(problem, after, named, curves(world), signs, RULES).rival
+
+
 def test_a_knee_is_what_it_is_called_and_its_inverse_undoes_it() -> None:
     load = np.linspace(0.0, 20.0, 41)[:, None]
     log = Log("stand", ("left_fl",), np.arange(41.0), load, {}, np.zeros(41, dtype=np.int64))

@@ -69,7 +69,7 @@ class _Sums:
     cross: FloatArray
     own: FloatArray
 
-    def beside(self, asked: BoolArray, variance: FloatArray) -> _Shown:
+    def beside(self, asked: BoolArray, variance: FloatArray) -> Shown:
         """What settings show of the columns asked for, once all else is fitted.
 
         A setting's other columns touch no other setting: they are eliminated there, and then the
@@ -97,11 +97,11 @@ class _Sums:
         size, ways = np.linalg.eigh(inverse)
         root = ways[:, size > 0.0] * np.sqrt(size[size > 0.0])
         score = turned[:, -1] - turned[:, :-1] @ (inverse @ common[:-1, -1])
-        return _Shown(np.maximum(values, 0.0).ravel(), turned[:, :-1] @ root, score)
+        return Shown(np.maximum(values, 0.0).ravel(), turned[:, :-1] @ root, score)
 
 
 @dataclass(frozen=True)
-class _Shown:
+class Shown:
     """Information ``M = diag(λ) − W Wᵀ`` about predictions, and their score b, both turned alike.
 
     Parameters
@@ -144,7 +144,7 @@ class _Shown:
         return v * float(found @ found) - two / one * float(chances.chi2_ppf(_UPPER, one**2 / two))
 
 
-def _upper(shown: _Shown) -> float:
+def _upper(shown: Shown) -> float:
     """Variance v under which predictions as small as these come with probability `_UPPER`.
 
     ``û = v (I + v M)⁻¹ b``, M the information about u once all else is fitted, b the score. If v is
