@@ -75,11 +75,16 @@ class Names:
         return before is not None and before[1].lower() in _CELLS
 
     @property
-    def of_legs(self) -> bool:
-        """Whether a word for legs stands before one letter or two, or a number, of each name."""
+    def legs(self) -> dict[str, str]:
+        """Word -> leg, where a word for legs stands before a letter or two, or a number, of each.
+
+        In whatever language, and whatever the letters stand for.
+        """
         before = re.search(r"([^\W\d_]+)[\W_]*$", self.head)
         short = all(re.fullmatch(r"[A-Za-z]{1,2}|\d{1,2}", word) for word in self.middle)
-        return before is not None and before[1].lower() in LEGS and short
+        if before is None or before[1].lower() not in LEGS or not short:
+            return {}
+        return {word: word.lower() if word.isalpha() else f"leg_{word}" for word in self.middle}
 
     @property
     def with_unit(self) -> tuple[tuple[str, ...], str]:

@@ -358,10 +358,9 @@ def _per_leg(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> LogPlan
     named = all(a.side or a.place for a in addresses)
     if named and all(re.fullmatch(r"[A-Za-z]{1,2}_?\d", word) for word in legs):
         legs = {word: word for word in legs}  # L1 L2 L3 are three legs
-    named &= len(set(legs.values())) == len(legs)
-    if not named and names.of_legs:  # in whatever language, and whatever the letters stand for
-        legs, named = {w: w.lower() if w.isalpha() else f"leg_{w}" for w in legs}, True
-    if not named or "leg" not in plan.entries:
+    if not named or len(set(legs.values())) < len(legs):
+        legs = names.legs
+    if not legs or "leg" not in plan.entries:
         return plan
     if plan.role == "hang" and not group[0].of("orientation"):
         codes = np.repeat(np.arange(len(group)), [file.rows for file in group])
