@@ -107,6 +107,9 @@ def test_a_weight_on_one_cell_at_a_time(tmp_path: Path) -> None:
     wrong = recipe(tmp_path, text.replace("{ on =", "{ onto ="))
     with pytest.raises(DataError, match="'onto' that only_where names"):
         read_table(log, weights_table(), wrong.reading(log), gravity_mps2=G)
+    added = text.replace('only_where = { on = "N" }', 'plus = { pan_kg = "kg" }')
+    with pytest.raises(DataError, match="'pan_kg' that plus names"):
+        read_table(log, weights_table(), recipe(tmp_path, added).reading(log), gravity_mps2=G)
     with pytest.raises(UsageError, match="only_where and missing are for a column"):
         recipe(tmp_path, '[columns]\nload_n = { value = 1.0, only_where = { on = "N" } }')
 

@@ -350,8 +350,7 @@ def _vertical(file: FileGuess) -> FloatArray | None:
 def _per_leg(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> LogPlan:
     """One file per leg where the files' names say so; else all are of one transducer.
 
-    The legs of one body share its attitude: how each transducer is turned in it is looked for in
-    all files at once.
+    The legs of one body share its attitude: how each is turned in it is looked for in all at once.
     """
     addresses = [name_guess(word) for word in names.middle]
     legs = {word: a.address for word, a in zip(names.middle, addresses, strict=True)}

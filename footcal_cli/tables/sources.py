@@ -77,15 +77,16 @@ def source_columns(
     wanted |= {p.high_word for p in places.values() if p.high_word}
     wanted |= {p.over for p in places.values() if p.over}
     wanted |= {p.followed_by for p in places.values() if p.followed_by}
-    wanted |= {name for p in places.values() for name in p.plus}
     conditions = {name for p in places.values() for name in p.only_where}
-    wanted |= conditions
-    if unknown := conditions - {*source_names(path, reading)}:
-        raise DataError(
-            f"missing column '{min(unknown)}' that only_where names"
-            f"{nearest(min(unknown), sorted(own))}", file=path,
-            remedy="correct only_where in [columns]",
-        )  # fmt: skip
+    added = {name for p in places.values() for name in p.plus}
+    wanted |= conditions | added
+    for key, asked in {"only_where": conditions, "plus": added}.items():
+        if unknown := asked - {*source_names(path, reading)}:
+            raise DataError(
+                f"missing column '{min(unknown)}' that {key} names"
+                f"{nearest(min(unknown), sorted(own))}", file=path,
+                remedy=f"correct {key} in [columns]",
+            )  # fmt: skip
     if reading.rows_of and reading.rows_of not in own:
         raise DataError(
             f"missing column '{reading.rows_of}' that rows_of names"
