@@ -114,6 +114,18 @@ def test_a_weight_on_one_cell_at_a_time(tmp_path: Path) -> None:
         recipe(tmp_path, '[columns]\nload_n = { value = 1.0, only_where = { on = "N" } }')
 
 
+def test_a_pan_that_hangs_under_all_weights_comes_on_top(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    log.write_text("cell,lb,counts\na,0,1\na,10,2\n")
+    text = """
+        [columns]
+        channel = "cell"
+        load_n = { column = "lb", unit = "lb", add = 1.5 }
+    """
+    table = read_table(log, weights_table(), recipe(tmp_path, text).reading(log), gravity_mps2=G)
+    np.testing.assert_allclose(table.number("load_n"), np.array([1.5, 11.5]) * 0.45359237 * G)
+
+
 def test_folders_tell_logs_apart_that_are_named_alike(tmp_path: Path) -> None:
     logs = []
     for grams in (0, 500):

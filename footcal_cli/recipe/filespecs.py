@@ -27,7 +27,8 @@ class Place(ForeignColumn):
     of 16 bits (Modbus) whose low one is `column`, `over` the column that its numbers are divided by
     (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
     other columns that come on top and their units
-    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `followed_by` a column whose texts
+    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `add` a number in `unit` on top of
+    every row (a pan that hangs under all weights), `followed_by` a column whose texts
     stand behind those of `column` (``{ column = "foot", followed_by = "cell" }`` makes ``left_1``
     of ``left`` and ``1``), `names` translates texts, the joined ones where there are two columns,
     `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296); of a

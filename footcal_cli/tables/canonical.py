@@ -98,11 +98,13 @@ def canonical(
         values = again(values, place.wraps_at)
     if place.summed:
         values = np.cumsum(values.astype(np.float64))
+    if place.add:
+        values = values.astype(np.float64) + place.add
     change = conversion_of(spec, place, gravity_mps2, path)
     read_values = values if change is None else change(values.astype(np.float64))
     if place.factor is not None:
         read_values = read_values * place.factor
-    if change is None and place.factor is None and not renamed:
+    if change is None and place.factor is None and not place.add and not renamed:
         return values, None
     return read_values, _read_as(spec, place, change, values, read_values)
 
@@ -176,7 +178,8 @@ def _read_as(
     other = reading_unit(place.unit) if is_reading(spec) else None
     if place.plus:
         unit += "".join(f" and {parse_unit(more).name}" for more in place.plus.values())
-    source = " + ".join((place.column or spec.name, *place.plus))
+    on_top = [f"{place.add:g}"] if place.add else []
+    source = " + ".join((place.column or spec.name, *place.plus, *on_top))
     return ReadColumn(
         spec.name, source, unit, other or spec.unit or "", factor, _range(written), _range(read),
     )  # fmt: skip
