@@ -32,6 +32,8 @@ from footcal_cli.core.inference.refit import Refit
 from footcal_cli.core.parameters import FloatArray
 
 _RCOND = 1e-9
+_CLEAR = 2.0
+"""Half widths of its 95 % interval that a jump is from nothing: as sure as the jump, p 1e-4."""
 
 
 @dataclass(frozen=True)
@@ -238,7 +240,7 @@ def jumped(subject: Subject, path: Path, seed: int) -> Path | None:
         # what jumped by many usual sizes along one axis did so along others
         model = refitted_with(subject, [cause], model)
     model = replace(model, intervals=of_one_step(subject, cause, model, jump))
-    if all(i.low <= 0.0 <= i.high for i in model.intervals):
+    if all(abs(i.value) < _CLEAR * 0.5 * (i.high - i.low) for i in model.intervals):
         return None
     begun = replace(path, causes=(cause,), answers=(path.rounds[0],), once=True)
     ended = continued(subject, begun, model, seed)

@@ -29,9 +29,10 @@ _CLEAR = 1e-3  # ratio of a Cholesky factor's diagonal, above which no direction
 def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     """Columns by which a block's own calibration may differ, of unit information per block, (m, w).
 
-    Every column of the calibration and every offset, each on its own; what changes no output is
-    dropped. Combinations independent in the noise would be arbitrary: the calibration's columns are
-    orthogonal, and which of equals an eigenvector mixes is rounding.
+    Every column of the calibration and every offset, each on its own: eigenvectors of columns of
+    nearly equal information are rounding. Cells of a bench, of one output, have few sessions each:
+    there eigenvectors mix them, so that they share their variances. What changes no output is
+    dropped.
     None where it is tracked, where it differs between settings instead, and where blocks have too
     few rows to show one of their own, unless pieces of one observation show their noise.
     """
@@ -43,13 +44,16 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     columns = np.hstack([problem.calibration, _offsets(problem)])
     white = whitener(columns)
     gram = white.T @ white / max(problem.blocks, 1)
-    squares = np.diag(gram)
-    kept = squares > _DROP * squares.max(initial=_SMALLEST)
-    size = np.sqrt(squares[kept])
-    values = np.linalg.eigvalsh(gram[np.ix_(kept, kept)] / np.outer(size, size))
-    independent = np.count_nonzero(values > _DROP * values.max(initial=_SMALLEST))
-    few = problem.residual.size <= _LEAST_ROWS * independent * problem.blocks
-    return nothing if few and not problem.pieces else np.asarray(columns[:, kept] / size)
+    size = np.sqrt(np.maximum(np.diag(gram), _SMALLEST))
+    values, vectors = np.linalg.eigh(gram / np.outer(size, size))
+    seen = values > _DROP * values.max(initial=_SMALLEST)
+    few = problem.residual.size <= _LEAST_ROWS * np.count_nonzero(seen) * problem.blocks
+    if few and not problem.pieces:
+        return nothing
+    if len(problem.outputs) == 1:
+        return np.asarray((columns / size) @ (vectors[:, seen] / np.sqrt(values[seen])))
+    acting = size > np.sqrt(_DROP) * size.max(initial=_SMALLEST)
+    return np.asarray(columns[:, acting] / size[acting])
 
 
 def _offsets(problem: Problem) -> FloatArray:
