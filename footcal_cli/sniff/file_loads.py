@@ -69,10 +69,15 @@ class Names:
         return "/" in self.tail
 
     @property
+    def _word_before(self) -> str:
+        """The word that stands before what tells the names apart; empty where none does."""
+        before = re.search(r"([^\W\d_]+)[\W_]*$", self.head)
+        return "" if before is None else before[1].lower()
+
+    @property
     def of_cells(self) -> bool:
         """Whether a word for cells stands before the numbers that tell the names apart."""
-        before = re.search(r"([^\W\d_]+)[\W_]*$", self.head)
-        return before is not None and before[1].lower() in _CELLS
+        return self._word_before in _CELLS
 
     @property
     def legs(self) -> dict[str, str]:
@@ -80,9 +85,8 @@ class Names:
 
         In whatever language, and whatever the letters stand for.
         """
-        before = re.search(r"([^\W\d_]+)[\W_]*$", self.head)
         short = all(re.fullmatch(r"[A-Za-z]{1,2}|\d{1,2}", word) for word in self.middle)
-        if before is None or before[1].lower() not in LEGS or not short:
+        if self._word_before not in LEGS or not short:
             return {}
         return {word: word.lower() if word.isalpha() else f"leg_{word}" for word in self.middle}
 

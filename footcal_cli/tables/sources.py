@@ -80,8 +80,9 @@ def source_columns(
     conditions = {name for p in places.values() for name in p.only_where}
     added = {name for p in places.values() for name in p.plus}
     wanted |= conditions | added
+    names = {*source_names(path, reading)}
     for key, asked in {"only_where": conditions, "plus": added}.items():
-        if unknown := asked - {*source_names(path, reading)}:
+        if unknown := asked - names:
             raise DataError(
                 f"missing column '{min(unknown)}' that {key} names"
                 f"{nearest(min(unknown), sorted(own))}", file=path,
