@@ -7,13 +7,14 @@ diagonal D their variances.
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from footcal_cli.core.inference.linear import scaled_inverse
 from footcal_cli.core.inference.problem import Problem
-from footcal_cli.core.inference.products import Products, middle
+from footcal_cli.core.inference.products import Products, block_products, middle
 from footcal_cli.core.inference.settled import MOST_SUSPECTS, SHARES, outstanding, strongest
 from footcal_cli.core.inference.whitening import RowWhitener
-from footcal_cli.core.parameters import FloatArray, IntArray
+from footcal_cli.core.parameters import BoolArray, FloatArray, IntArray
 
 _EM_STEPS = 30
 _EM_STOP = 1e-3
@@ -23,6 +24,8 @@ _RCOND = 1e-9
 _DEPENDENT = 1e-10
 _MOST = 1e8  # variance from which a direction is free in every block
 _SMALLEST = 1e-300
+_SHOWN = 1e-6  # of the most that a block shows of a column, from which a block shows it
+_ALIKE = 4.0  # blocks' worth of what columns of other cells say of a variance
 _CLEAR = 1e-3  # ratio of a Cholesky factor's diagonal, above which no direction is dependent
 
 
@@ -30,29 +33,23 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     """Columns by which a block's own calibration may differ, of unit information per block, (m, w).
 
     Every column of the calibration and every offset, each on its own: eigenvectors of columns of
-    nearly equal information are rounding. Cells of a bench, of one output, have few sessions each:
-    there eigenvectors mix them, so that they share their variances. What changes no output is
-    dropped.
+    nearly equal information are rounding. What changes no output is dropped.
     None where it is tracked, where it differs between settings instead, and where blocks have too
     few rows to show one of their own, unless pieces of one observation show their noise.
     """
     nothing = problem.calibration[:, :0]
-    if problem.tracking is not None:
-        return nothing
-    if problem.turned:
+    if problem.tracking is not None or problem.turned:
         return nothing
     columns = np.hstack([problem.calibration, _offsets(problem)])
     white = whitener(columns)
-    gram = white.T @ white / max(problem.blocks, 1)
-    size = np.sqrt(np.maximum(np.diag(gram), _SMALLEST))
-    values, vectors = np.linalg.eigh(gram / np.outer(size, size))
-    seen = values > _DROP * values.max(initial=_SMALLEST)
-    few = problem.residual.size <= _LEAST_ROWS * np.count_nonzero(seen) * problem.blocks
-    if few and not problem.pieces:
+    every = np.arange(columns.shape[1])
+    products = block_products(white, problem.block[whitener.kept], problem.blocks)
+    own = products.part(every, every)
+    size = np.sqrt(np.maximum(products.squares(every).mean(axis=0), _SMALLEST))
+    shown = np.linalg.matrix_rank(own / np.outer(size, size), _DROP, hermitian=True).sum()
+    if problem.residual.size <= _LEAST_ROWS * shown and not problem.pieces:
         return nothing
-    if len(problem.outputs) == 1:
-        return np.asarray((columns / size) @ (vectors[:, seen] / np.sqrt(values[seen])))
-    acting = size > np.sqrt(_DROP) * size.max(initial=_SMALLEST)
+    acting = size > np.sqrt(_DROP) * size.max(initial=0.0)
     return np.asarray(columns[:, acting] / size[acting])
 
 
@@ -125,13 +122,20 @@ def _strongest(
 def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArray) -> FloatArray:
     """Variance between blocks of each wandering coefficient, by expectation maximisation.
 
-    `rows` as in `variance_beside`; beside a `calibration` alone, shape (w,).
+    `rows` as in `variance_beside`; beside a `calibration` alone, shape (w,). Cells of a bench have
+    few blocks each: their variances are drawn to what those of all cells have in common.
+
+    Source
+    ------
+    Moderated variances: Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), with a fixed weight.
     """
     if rows.blocks < 3 or not wandering.size:
         return np.zeros(wandering.size)
     zz = rows.part(wandering, wandering)
     fitted = np.append(calibration, rows.last)
     zx = rows.part(wandering, fitted)
+    shown, kin = _kin(np.diagonal(zz, axis1=1, axis2=2))
+    seen = np.maximum(shown.sum(axis=0), 1)
     total = rows.part(fitted, fitted).sum(axis=0)
     variance = np.ones(wandering.size)
     flat = zx.reshape(-1, fitted.size).T
@@ -143,13 +147,36 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
         left = total - flat @ shrunk.reshape(-1, fitted.size)
         beside_theta[:-1] = -_solved(left[:-1, :-1], left[:-1, -1])
         mean = shrunk @ beside_theta
-        updated = np.mean(mean**2 + np.einsum("bii->bi", posterior), axis=0)
-        updated = np.minimum(updated, _MOST)
+        squared = np.sum(shown * (mean**2 + np.einsum("bii->bi", posterior)), axis=0)
+        common = (np.bincount(kin, squared) / np.maximum(np.bincount(kin, seen), 1))[kin]
+        updated = np.minimum((squared + _ALIKE * common) / (seen + _ALIKE), _MOST)
         change = np.abs(np.log(updated / variance)).max()
         variance = updated
         if change < _EM_STOP:
             break
     return variance
+
+
+def _kin(squares: FloatArray) -> tuple[BoolArray, IntArray]:
+    """Which blocks show each column, (B, w), and which columns are alike, a number each, (w,).
+
+    Alike are those of equal rank in groups that no block shows together: the columns of the cells
+    of a bench, in order of their information.
+
+    Parameters
+    ----------
+    squares
+        Information of each block on each column, shape (B, w).
+    """
+    shown = squares > _SHOWN * squares.max(axis=0)
+    kin = np.arange(shown.shape[1])
+    own = np.flatnonzero(~shown.all(axis=0))
+    met = shown[:, own].T.astype(np.int64) @ shown[:, own]
+    _, group = connected_components(met, directed=False)
+    for g in np.unique(group):
+        members = own[group == g]
+        kin[members] = own[: members.size]
+    return shown, kin
 
 
 def _solved(products: FloatArray, target: FloatArray) -> FloatArray:
