@@ -80,7 +80,7 @@ def init(
     if quiet or as_json():
         return
     typer.echo("\n".join(listing(parts)))
-    for other in others:
+    for other in (o for o in others if o.path not in notes):
         typer.echo(f"{other.path.name}: left out, its columns fit no experiment")
     for path in none:
         typer.echo(f"{path.name}: left out, no table of numbers")

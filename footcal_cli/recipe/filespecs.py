@@ -27,10 +27,12 @@ class Place(ForeignColumn):
     of 16 bits (Modbus) whose low one is `column`, `over` the column that its numbers are divided by
     (a plate's CoP: ``{ column = "My", over = "Fz", unit = "m", factor = -1.0 }``), `plus`
     other columns that come on top and their units
-    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `add` a number in `unit` on top of
-    every row (a pan that hangs under all weights), `followed_by` a column whose texts
-    stand behind those of `column` (``{ column = "foot", followed_by = "cell" }`` makes ``left_1``
-    of ``left`` and ``1``), `names` translates texts, the joined ones where there are two columns,
+    (``{ column = "lb", unit = "lb", plus = { oz = "oz" } }``), `minus` the column that is
+    taken from it, in the same unit (a zero that was read before each weight), `add` a number in
+    `unit` on top of every row (a pan that hangs under all weights), `followed_by` a column whose
+    texts stand behind those of `column` (``{ column = "foot", followed_by = "cell" }`` makes
+    ``left_1`` of ``left`` and ``1``), `names` translates texts, the joined ones where there are two
+    columns,
     `wraps_at` is the number at which a counter begins again from zero (2³² = 4294967296); of a
     cell's counts, the number of codes of a converter whose sign was lost.
     `summed`: each number is what came on top of those above (weights added one by one). `held`: an
@@ -71,6 +73,8 @@ class Place(ForeignColumn):
             raise ValueError("over stands next to the column that is divided by it")
         if self.nanoseconds and not self.column:
             raise ValueError("nanoseconds stand next to a column of whole seconds")
+        if self.minus and not self.column:
+            raise ValueError("minus stands next to the column that it is taken from")
         if self.plus and (not self.column or self.unit is None):
             raise ValueError("plus stands next to a column and its unit")
         return self

@@ -83,6 +83,13 @@ def apart(names: Sequence[str]) -> list[str]:
     return [name[len(head) : len(name) - len(tail)] for name in names]
 
 
+def told_apart_by(words: Sequence[str]) -> list[str]:
+    """The letters in which words differ, between those that all begin and end with."""
+    head = len(common_start(words))
+    tail = len(common_start([word[head:][::-1] for word in words]))
+    return [word[head : len(word) - tail].lower() for word in words]
+
+
 def of_the_com(roles: Mapping[str, Axes], *, length: str) -> dict[str, ColumnGuess]:
     """Columns of the CoM, of what is derived of it and of the angular momentum."""
     made = {}
@@ -117,8 +124,7 @@ def of_the_feet(
         made[column.column] = replace(column, name=name, unit=unit, sure=sure, why=why)
 
     for i, (foot, name) in enumerate(zip(feet, names, strict=True)):
-        for axis in "xyz":
-            column = foot.columns[axis]
+        for axis, column in ((a, foot.columns[a]) for a in "xyz" if a in foot.columns):
             unit = column.unit or length
             taken(column, name, f"{axis}_m", unit, "it stands, and is higher while it moves")
         if i not in frames:

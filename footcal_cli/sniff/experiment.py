@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from footcal_cli.sniff.feet_weighed import (
     in_said_unit,
     on_a_plate,
 )
+from footcal_cli.sniff.felt_places import felt_places, less_zeros
 from footcal_cli.sniff.groups import channel_names, readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of, seconds_of
 from footcal_cli.sniff.holds import blank_loads, said_loads, typed_loads
@@ -49,17 +50,21 @@ _TURNS = 0.5
 
 def plan_of(file: FileGuess) -> LogPlan | None:
     """The plan for one log, None where its columns fit no experiment."""
+    file = less_zeros(file)
     file = in_said_unit(beside_a_weight(in_kilograms(with_levers(without_motion(numbered(file))))))
     six = wrenches(file)
     loads, cells = loads_and_cells(file)
     plate = on_a_plate(file, readings(file))
     if plate is not None:
         return plate
-    holes = {c.name.axis: c for c in file.of("hole")}
+    holes: Mapping[str, ColumnGuess] = {c.name.axis: c for c in file.of("hole")}
     cops = {c.name.axis: c for c in file.of("cop")}
     if {"x", "y"} <= set(holes) and {"x", "y"} <= set(cops):
         return _cop_points(file, holes, cops)
     put = loads or [c for c in file.of("load") if c.values is not None]  # one weight everywhere
+    if put and not six and not {"x", "y"} <= set(holes):
+        felt = felt_places(file, put[0])
+        holes, cells = felt or (holes, cells)
     if put and not six and (placed := at_holes(file, holes, put[0], cells)) is not None:
         return placed
     if not six and not file.of("com") and (not put or (not cells and len(put) > 1)):
@@ -290,7 +295,7 @@ def _unloaded(file: FileGuess, cell: ColumnGuess) -> LogPlan:
 
 
 def _cop_points(
-    file: FileGuess, holes: dict[str, ColumnGuess], cops: dict[str, ColumnGuess]
+    file: FileGuess, holes: Mapping[str, ColumnGuess], cops: Mapping[str, ColumnGuess]
 ) -> LogPlan:
     names = file.of("placement", "label", "orientation", "sequence")
     entries = {

@@ -21,6 +21,8 @@ from footcal_cli.sniff.vocabulary import ANGLES
 
 _PARTS = 10
 """Parts of a walk whose directions are compared with the headings in them."""
+_FLAGS = 2
+"""So many values has what says whether a foot stands."""
 _CLEARLY = 0.5
 """The right unit leaves so small a share of what the other leaves."""
 _DEGREES = re.compile(r"(?i)[\[(]\s*(?:der|derece|gr|grd|st|stop|aste)\.?\s*[\])]")
@@ -61,6 +63,30 @@ def angles_beside(
         found.append(Axes(place.before, "", three, f"{', '.join(ROLL_PITCH_YAW)} by their order"))
     tails = {tuple(c.column[len(axes.before) :] for c in axes.columns.values()) for axes in found}
     return found if len(tails) == 1 else []
+
+
+def heading_beside(
+    place: Axes, moves: BoolArray | None, columns: Sequence[ColumnGuess]
+) -> Axes | None:
+    """The one column of angles under the name of a foot's place, whatever it is called: its yaw.
+
+    Parameters
+    ----------
+    moves
+        Rows in which the foot moves, shape (n,): the angle changes faster then; None of a stand.
+    """
+    known = {c.column for c in place.columns.values()}
+    beside = [
+        c for c in columns
+        if place.before and c.column.startswith(place.before) and c.column not in known
+        and not {"roll", "pitch"} & {ANGLES.get(word) for word in words_of(c.column)}
+        and c.unit in (None, "rad", "deg") and np.unique(numbers_of(c)).size > _FLAGS
+    ]  # fmt: skip
+    if len(beside) != 1 or float(np.nanmax(np.abs(numbers_of(beside[0])))) > _WHOLE_TURN_DEG:
+        return None
+    if moves is not None and not _turn_with(beside, moves):
+        return None
+    return Axes(place.before, "", {"yaw": beside[0]}, "the one angle beside its place")
 
 
 def with_tilts(frame: Axes, moves: BoolArray, columns: Sequence[ColumnGuess]) -> Axes:

@@ -53,6 +53,11 @@ def with_places(
     return list(parts), left
 
 
+def says_places(sheet: FileGuess) -> bool:
+    """Whether a table is a list of places and holds nothing but these."""
+    return bool(_places(sheet, "xy", _LARGEST_FOOT_M)) and not sheet.of("load", "time", "reading")
+
+
 def _places(sheet: FileGuess, axes: str, largest_m: float) -> _Places:
     """Names of a sheet's rows -> x, y (and z) in m; empty where it is no such sheet."""
     at = {

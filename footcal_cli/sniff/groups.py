@@ -25,6 +25,8 @@ _READ_IN = (*LOADS, *VOLTAGES, "mV/V")
 _BRACKETS = re.compile(r"\s*\[[^\[\]]*[^\W\d][^\[\]]*\]\s*$")
 _FOLLOWED = 0.98
 """How much of the variance of what a transducer read the wrench of a rig explains."""
+_MANY = 20
+"""Rows in which a reading knows more than two numbers."""
 _SHIFTED = 5.0
 """What two plates bear together varies by so much less than what goes from one to the other."""
 
@@ -117,7 +119,20 @@ def one_owner(columns: Iterable[ColumnGuess], axes: Iterable[str]) -> dict[str, 
 
 
 def readings(file: FileGuess) -> list[ColumnGuess]:
-    """Columns taken for readings of cells: those called so, else those nothing else explains."""
+    """Columns taken for readings of cells: those called so, else those nothing else explains.
+
+    What knows 0 and 1 alone is a flag.
+    """
+    return [c for c in _readings(file) if not _is_flag(c)]
+
+
+def _is_flag(column: ColumnGuess) -> bool:
+    """Whether a column of many rows holds 0 and 1 alone."""
+    known = np.unique(_finite(column))
+    return bool(known.size == 2 and np.all(known == [0.0, 1.0]) and _finite(column).size > _MANY)
+
+
+def _readings(file: FileGuess) -> list[ColumnGuess]:
     named = _parts([c for c in file.of("reading") if could_be_read(c)])
     plain = _parts([c for c in file.of("force") if c.name.axis in ("", "fz")])
     unknown = [c for c in file.of("unknown") if could_be_read(c) and _finite(c).size]

@@ -39,8 +39,8 @@ class ColumnGuess:
         Different texts of a text column, in order of appearance.
     codes
         Which of `words` stands in each row, shape (n,), −1 where none does.
-    format, pattern, nanoseconds, plus, wraps_at, summed, held, missing, names, high_word, over,
-    followed_by
+    format, pattern, nanoseconds, plus, minus, wraps_at, summed, held, missing, names, high_word,
+    over, followed_by
         How it is read, as in `footcal_cli.tables.reading.ForeignColumn`; `values` are read so:
         they hold sums, ratios and whole registers, and a counter goes on counting.
     stamps
@@ -59,6 +59,7 @@ class ColumnGuess:
     codes: IntArray | None = None
     nanoseconds: str = ""
     plus: Mapping[str, str] = field(default_factory=dict)
+    minus: str = ""
     wraps_at: float | None = None
     summed: bool = False
     held: bool = False

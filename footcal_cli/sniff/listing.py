@@ -40,6 +40,7 @@ def _listed(part: Part) -> list[str]:
     choosing: set[str] = set()
     on_top: dict[str, str] = {}
     behind: dict[str, str] = {}
+    zeros: dict[str, str] = {}
     for name, entry in _all_entries(part.plan):
         choosing |= set(entry.only_where)
         if entry.column is not None:
@@ -49,6 +50,7 @@ def _listed(part: Part) -> list[str]:
             below = entry.column.column
             on_top |= {c: f"{below} in {unit}" for c, unit in entry.column.plus.items()}
             behind |= {entry.column.followed_by: below}
+            zeros |= {entry.column.minus: below}
         elif entry.file_name is not None:
             lines.append(f"  {name}: from the file's name ({entry.why})")
         elif entry.value is not None and entry.sure == "guess":
@@ -62,6 +64,8 @@ def _listed(part: Part) -> list[str]:
             lines.append(f"  {column.column} -> read as it stands   sure: its name")
         elif column.column in on_top:
             lines.append(f"  {column.column} -> on top of {on_top[column.column]}")
+        elif column.column in zeros:
+            lines.append(f"  {column.column} -> taken from {zeros[column.column]}")
         elif column.column in behind:
             lines.append(f"  {column.column} -> behind {behind[column.column]}")
         elif column.column in part.plan.zeros_where:

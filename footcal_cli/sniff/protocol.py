@@ -6,6 +6,7 @@ lies still.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ from footcal_cli.sniff.file_loads import Names, escaped
 from footcal_cli.sniff.file_names import Beside, Part, called
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, codes_of, numbers_of
+from footcal_cli.sniff.names import name_guess
 from footcal_cli.sniff.numbered import numbered
 from footcal_cli.sniff.plan import Blank, Entry, cell_name, of
 from footcal_cli.sniff.texts import numbers_as_labels
@@ -124,24 +126,30 @@ def _cell_numbers(column: ColumnGuess) -> ColumnGuess:
 
 
 def _with_spans(sheet: FileGuess) -> FileGuess:
-    """A sheet without stamps of which two columns of times are the start and end of each row."""
+    """A sheet without stamps, in which one column of times marks each row, or two its two ends."""
     spans = [c for c in sheet.of("unknown") if c.values is not None and c.unit in TIMES]
-    if sheet.of("time") or len(spans) != 2 or not np.all(np.greater(*map(numbers_of, spans[::-1]))):
+    if sheet.of("time") or not 0 < len(spans) <= 2:
         return sheet
-    made = {c.column: c.as_quantity("time", "likely", "start and end of a step") for c in spans}
+    ends = [numbers_of(c) for c in spans]
+    if len(ends) == 2 and not np.all(ends[1] > ends[0]):
+        return sheet
+    why = "start and end of a step" if len(ends) == 2 else "when each step began, by its unit"
+    made = {c.column: c.as_quantity("time", "likely", why) for c in spans}
     return replace(sheet, columns=tuple(made.get(c.column, c) for c in sheet.columns))
 
 
 def by_sheet_of_cells(group: Sequence[FileGuess], sheet: FileGuess) -> list[Part]:
     """Logs of one cell each, and a sheet that says what lay on which cell when, on their clocks.
 
-    Empty where a log has no rows in the sheet that are of its name.
+    Empty where a log has no rows in the sheet that are of its name. ``A_run1`` of a file is ``A1``
+    of the sheet: a word that all have tells nothing apart.
     """
     words = Names.of(called([file.path for file in group])).middle
-    plain = [word.strip("_- ").lower() for word in words]
+    plain, of_all = _told_apart(words)
+    runs = any(name_guess(word).quantity in ("repeat", "session") for word in of_all)
     for raw in sheet.columns:
         label = _cell_numbers(raw)
-        named = {word.strip().lower(): word for word in label.words}
+        named = dict(zip(_told_apart(label.words)[0], label.words, strict=True))
         if label.codes is None or len({*plain}) < len(plain) or not {*plain} <= named.keys():
             continue
         parts = [
@@ -149,15 +157,26 @@ def by_sheet_of_cells(group: Sequence[FileGuess], sheet: FileGuess) -> list[Part
         ]
         made = [part for part in parts if part is not None and part.plan.role == "weights"]
         if len(made) == len(group):
-            return [_of_cell(p, named[w], label) for p, w in zip(made, plain, strict=True)]
+            runs = runs or name_guess(label.column).quantity in ("repeat", "session")
+            return [_of_cell(p, named[w], label, runs) for p, w in zip(made, plain, strict=True)]
     return []
 
 
-def _of_cell(part: Part, word: str, label: ColumnGuess) -> Part:
-    """A part whose channel is the cell that its file is called after."""
-    name = cell_name(word)
-    channel = Entry(value=name, why=f"the file's name, and {label.column} of the sheet")
-    entries = {**part.plan.entries, "channel": channel}
+def _told_apart(words: Sequence[str]) -> tuple[list[str], set[str]]:
+    """What of each word tells it from the others, in small letters, and what all of them have."""
+    parts = [re.findall(r"[^\W\d_]+|\d+", word.lower()) for word in words]
+    of_all = {*parts[0]}.intersection(*parts[1:]) if len(parts) > 1 else set()
+    return ["".join(p for p in own if p not in of_all) for own in parts], of_all
+
+
+def _of_cell(part: Part, word: str, label: ColumnGuess, runs: bool) -> Part:
+    """A part whose channel is the cell that its file is called after, and whose run is a number."""
+    both = re.fullmatch(r"([^\W\d_]+)[\W_]*(\d+)", word) if runs else None
+    name = cell_name(both[1] if both else word)
+    why = f"the file's name, and {label.column} of the sheet"
+    entries = {**part.plan.entries, "channel": Entry(value=name, why=why)}
+    if both:
+        entries["session"] = Entry(value=both[2], why=why)
     return replace(part, plan=replace(part.plan, entries=entries, channels=(name,)))
 
 
@@ -238,8 +257,8 @@ def apart_of(
 ) -> float | None:
     """How far from a stamp the loads lie still, in s; None where they never do.
 
-    Within a hold every reading scatters no more than three times as much as in the middles of the
-    holds, as a median; then the next larger margin is taken.
+    Within a hold every reading scatters no more than three times as much as in its own middle, or
+    in those of all holds as a median; then the next larger margin is taken.
     """
     shortest = float(np.min(ends - since))
     read = np.column_stack([numbers_of(c) for c in cells])
@@ -254,7 +273,7 @@ def apart_of(
     middles = scatters(_MARGINS[-1] * shortest)
     if not len(middles):
         return None
-    still = _RESTLESS * np.median(middles, axis=0)
+    still = _RESTLESS * np.maximum(middles, np.median(middles, axis=0))
     for margin, safe in zip(_MARGINS, (*_MARGINS[1:], _MARGINS[-1]), strict=True):
         each = scatters(margin * shortest)
         if len(each) and np.all(each <= still):

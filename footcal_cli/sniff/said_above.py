@@ -17,6 +17,7 @@ from footcal_cli.sniff.placed import WEIGHT
 from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, LogPlan
 from footcal_cli.sniff.said_axes import with_left_asked
 from footcal_cli.sniff.said_gravity import with_gravity
+from footcal_cli.sniff.said_scales import with_scale
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, known_unit
 from footcal_cli.tables.units import conversion
@@ -69,7 +70,7 @@ _FAR = 30.0
 
 def as_said_above(plan: LogPlan) -> LogPlan:
     """The plan with masses and gravity as they stand above; asked for where numbers contradict."""
-    return with_left_asked(with_gravity(_with_load(_with_mass(_with_put(plan)))))
+    return with_left_asked(with_gravity(with_scale(_with_load(_with_mass(_with_put(plan))))))
 
 
 def _with_put(plan: LogPlan) -> LogPlan:

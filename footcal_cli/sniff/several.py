@@ -18,7 +18,7 @@ from footcal_cli.sniff.file_loads import escaped
 from footcal_cli.sniff.file_names import Beside, Part, alike_part, called
 from footcal_cli.sniff.foot_mounts import foot_mount
 from footcal_cli.sniff.frames import rate_asked
-from footcal_cli.sniff.geometry import with_places
+from footcal_cli.sniff.geometry import says_places, with_places
 from footcal_cli.sniff.groups import readings, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
 from footcal_cli.sniff.hangings import asked_by_file
@@ -88,24 +88,16 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
     if hung:
         more, others = _planned([file for group in alike for file in group]) if alike else ([], [])
         return [*hung, *more], others
-    if len(alike) == 2 and all(len(group) == 1 for group in alike) and not placed_apart:
-        joined = _two(alike[0][0], alike[1][0])
-        if joined:
-            return joined, []
+    sheets = [g[0] for g in alike if len(g) == 1 and says_places(g[0])]
+    for apart in ([], sheets) if not placed_apart else ():
+        others = [group for group in alike if not any(group[0] is sheet for sheet in apart)]
+        if len(others) == 2 and (paired := _pair(*others)):
+            return _with_all_places(paired, apart)
     if len(alike) > 2 and not placed_apart:
         posed, alike = _with_sheets(alike)
         if posed:
             more, others = _planned([file for group in alike for file in group])
             return [*posed, *more], others
-    for group, rest in permutations(alike, 2) if len(alike) == 2 and not placed_apart else ():
-        if len(group) > len(rest) == 1 and (each := by_sheet_of_cells(group, rest[0])):
-            return each, []
-        if len(rest) == 1 and (made := indexed(group, rest[0])) is not None:
-            return [made], []
-        if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):
-            made = _with_attitude(group, numbered(rest[0]))
-            if made is not None:
-                return [made], []
     if len(alike) == 1 and not placed_apart and (made := marked_files(alike[0])) is not None:
         return [made], []
     parts, others = placed_apart, []
@@ -122,10 +114,32 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
             parts.append(by_foot(replace(made, plan=plan)))
     parts, others = with_bodies(without_twins(parts), others)
     parts, others = with_index(parts, others)
+    return with_one_name(*with_lifted(*_with_all_places(parts, others)))
+
+
+def _with_all_places(
+    parts: Sequence[Part], others: Sequence[FileGuess]
+) -> tuple[list[Part], list[FileGuess]]:
+    """Plans with the places that sheets say, and what fits nothing."""
     placed, left = with_places(parts, others)
     placed, without_holes = with_holes(placed, others)  # one sheet may place cells and holes
-    left = [file for file in left if any(file is own for own in without_holes)]
-    return with_one_name(*with_lifted(placed, left))
+    return placed, [file for file in left if any(file is own for own in without_holes)]
+
+
+def _pair(one: list[FileGuess], other: list[FileGuess]) -> list[Part]:
+    """Plans for two groups of logs that belong together; none where they do not."""
+    if len(one) == len(other) == 1 and (joined := _two(one[0], other[0])):
+        return joined
+    for group, rest in permutations((one, other)):
+        if len(group) > len(rest) == 1 and (each := by_sheet_of_cells(group, rest[0])):
+            return each
+        if len(rest) == 1 and (made := indexed(group, rest[0])) is not None:
+            return [made]
+        if len(group) > len(rest) == 1 and all(_hang(file, rest[0]) for file in group):
+            made = _with_attitude(group, numbered(rest[0]))
+            if made is not None:
+                return [made]
+    return []
 
 
 def _with_sheets(

@@ -141,8 +141,13 @@ def _turned(
 
 
 def _joints(file: FileGuess) -> set[str]:
-    """Columns that turn a leg about one axis, ``R1_pitch``: no attitude, which has a roll too."""
+    """Columns that turn a leg about one axis, ``R1_pitch``: no attitude, which has a roll too.
+
+    The yaw of a foot whose place is known is its heading.
+    """
     turns = [c for c in file.of("angle") if c.name.axis in ("roll", "pitch", "yaw")]
+    placed = {(c.name.side, c.name.place) for c in file.of("foot_position")}
+    turns = [c for c in turns if (c.name.side, c.name.place) not in placed]
     held = {stem: {c.name.axis for c in turns if _stem(c) == stem} for stem in {*map(_stem, turns)}}
     several = sum("roll" not in axes for stem, axes in held.items() if stem) > 1
     return {c.column for c in turns if several and _stem(c) and "roll" not in held[_stem(c)]}

@@ -13,13 +13,19 @@ from itertools import combinations
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
-from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
+from footcal_cli.sniff.body_columns import (
+    foot_names,
+    length_unit,
+    of_the_com,
+    of_the_feet,
+    told_apart_by,
+)
 from footcal_cli.sniff.file_loads import by_letters
-from footcal_cli.sniff.foot_angles import angle_unit
+from footcal_cli.sniff.foot_angles import angle_unit, heading_beside
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, looked_at_joined
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.names import common_start, name_guess
-from footcal_cli.sniff.triples import Axes, angles, axes_of, frames_of, quaternions
+from footcal_cli.sniff.triples import Axes, angles, axes_of, flat_axes_of, frames_of, quaternions
 from footcal_cli.sniff.units import LENGTHS
 from footcal_cli.sniff.vocabulary import WITH_A_LEG
 
@@ -39,11 +45,13 @@ def standing(file: FileGuess) -> FileGuess:
 
 
 def _standing(file: FileGuess) -> FileGuess | None:
-    vectors = [v for v in axes_of([c for c in file.columns if _could_be_a_place(c)])
-               if "w" not in v.columns]  # fmt: skip
+    places = [c for c in file.columns if _could_be_a_place(c)]
+    vectors = [v for v in axes_of(places) if "w" not in v.columns]
     named = [(v, side) for v in vectors if (side := _side(v))] or _by_letters(vectors)
     feet, names = [v for v, _ in named], [side for _, side in named]
     if len(feet) != 2 or {*names} not in _SIDES:
+        feet, names = _alike([*vectors, *flat_axes_of(places)], vectors), []
+    if len(feet) != 2:
         return None
     places = [v.values("xyz") for v in feet]
     above = [v for v in vectors if v not in feet and _above(v.values("xyz"), *places)]
@@ -52,19 +60,42 @@ def _standing(file: FileGuess) -> FileGuess | None:
     columns = [c for c in file.columns if c.values is not None]
     turned = [*quaternions(columns, axes_of(columns)), *angles(columns, file.text.above)]
     frames = frames_of(feet, turned)
+    if not frames:
+        alone = [heading_beside(foot, None, columns) for foot in feet]
+        frames = {i: axes for i, axes in enumerate(alone) if axes is not None and all(alone)}
     units = {
         i: angle_unit(own, np.zeros(file.rows, complex), file.text.above)
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
     length = length_unit(above[0].values("z")[:, 0])
     if {*names} != {"left", "right"}:
-        names = foot_names([v.before for v in feet], places, None)
+        ahead = np.zeros(file.rows)  # feet that stand point along x, unless their yaw says more
+        if 0 in frames and "yaw" in frames[0].columns:
+            ahead = frames[0].values(["yaw"])[:, 0] * (np.pi / 180 if units[0][0] == "deg" else 1)
+        names = foot_names([v.before for v in feet], places, None if names else ahead)
     made = of_the_com({"com": above[0]}, length=length) | of_the_feet(
         feet, names, frames, units, length=length
     )
     why = "two feet with a place above them"
     made = {c: n if n.unit in ("deg", "rad") else replace(n, why=why) for c, n in made.items()}
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
+
+
+def _alike(vectors: Sequence[Axes], whole: Sequence[Axes]) -> list[Axes]:
+    """The one pair of places called alike but for a part, with one other place above its middle."""
+    found = []
+    for pair in combinations(vectors, 2):
+        stems = [v.before for v in pair]
+        different = told_apart_by(stems)
+        if pair[0].after != pair[1].after or not all(different):
+            continue
+        if len(different[0]) == len(stems[0]) or pair[0].columns.keys() != pair[1].columns.keys():
+            continue
+        places = [v.values("xyz") for v in pair]
+        above = [v for v in whole if v not in pair and _above(v.values("xyz"), *places)]
+        if len(above) == 1:
+            found.append([*pair])
+    return found[0] if len(found) == 1 else []
 
 
 def _could_be_a_place(column: ColumnGuess) -> bool:

@@ -66,10 +66,10 @@ class Axes:
     why: str = ""
 
     def values(self, axes: Sequence[str]) -> FloatArray:
-        """Numbers of some axes, shape (n, k)."""
-        return np.column_stack([
-            np.full(0, np.nan) if (v := self.columns[axis].values) is None else v for axis in axes
-        ])  # fmt: skip
+        """Numbers of some axes, shape (n, k); zeros of one that is not logged."""
+        known = [None if a not in self.columns else self.columns[a].values for a in axes]
+        rows = next((v.size for v in known if v is not None), 0)
+        return np.column_stack([np.zeros(rows) if v is None else v for v in known])
 
 
 def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
@@ -89,6 +89,16 @@ def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
             kept.append(axes)
             used |= names
     return [axes for axes in whole if axes in kept]
+
+
+def flat_axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
+    """Columns by what their names share around a letter x or y, where none has a z."""
+    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
+    for column in columns:
+        for letter in _LETTER.finditer(column.column):
+            key = column.column[: letter.start()], column.column[letter.end() :]
+            found.setdefault(key, {}).setdefault(letter[0].lower(), column)
+    return [Axes(*key, own) for key, own in found.items() if own.keys() == {"x", "y"}]
 
 
 def _in_brackets(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
+from footcal_cli.sniff.body_columns import told_apart_by
 from footcal_cli.sniff.feet_weighed import in_kilograms
 from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.frame_clocks import at_said_rate, with_frame_clocks
@@ -63,14 +64,24 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         felt = [min(own.values(), default=0.0) < 1.0 for own in shares]
         cells = [own for own, is_cell in zip(cells, felt, strict=True) if is_cell]
         shares = [own for own, is_cell in zip(shares, felt, strict=True) if is_cell]
-        feet = _as_the_feet(body, [c for _, c in cells]) or _by_steps(body, shares)
+        own = [c for _, c in cells]
+        feet = _as_the_feet(body, own) or _by_stems(body.stems, own) or _by_steps(body, shares)
         called = channel_names([c for _, c in cells])
         if feet and all(n.startswith(f"{foot}_") for n, foot in zip(called, feet, strict=True)):
             return files  # their names say it already
     if not feet or (body is None and [c.name.side for _, c in cells] == feet):
         return files
-    named = _named([c for _, c in cells], feet)
-    made = {(i, c.column): new for (i, c), new in zip(cells, named, strict=True)}
+    # a log of the feet in the air has the same cells
+    once = {(c.column, foot): c for (_, c), foot in zip(cells, feet, strict=True)}
+    again = len(once) * len({i for i, _ in cells}) == len(cells)
+    if not again:
+        once = {(str(i), c.column): c for i, c in cells}
+    own = [foot for _, foot in once] if again else feet
+    named = dict(zip(once, _named([*once.values()], own), strict=True))
+    keys = [(c.column, foot) if again else (str(i), c.column)
+            for (i, c), foot in zip(cells, feet, strict=True)]  # fmt: skip
+    made = {(i, c.column): replace(c, name=named[key].name)
+            for (i, c), key in zip(cells, keys, strict=True)}  # fmt: skip
     return [
         replace(file, columns=tuple(made.get((i, c.column), c) for c in file.columns))
         for i, file in enumerate(files)
@@ -99,16 +110,23 @@ def _by_names(cells: Sequence[ColumnGuess]) -> list[str]:
     if all(places) and len(several) > 1 and min(several.values()) > 1:
         two = {"fl": "left", "fr": "right"} if several.keys() == {"fl", "fr"} else {}
         return [two.get(p, p) for p in places]
+    heads, ends = _heads(cells)
+    if len(ends) != 2:
+        return []
+    called = dict(zip(ends, by_letters([end[::-1] for end in ends]), strict=False))
+    return [called[head] for head in heads] if called else []
+
+
+def _heads(cells: Sequence[ColumnGuess]) -> tuple[list[str], list[str]]:
+    """What stands before the number of each cell, and those that there are; none if not alike."""
     names = [split_unit(c.column)[0] for c in cells]
     names = [name.removesuffix(bracketed_end(names)) for name in names]
     heads = [re.sub(r"\W*\d*$", "", name) for name in names]
     ends = list(dict.fromkeys(heads))
     numbers = [name.removeprefix(h) for name, h in zip(names, heads, strict=True)]
-    both = [[n for n, h in zip(numbers, heads, strict=True) if h == end] for end in ends]
-    if len(ends) != 2 or sorted(both[0]) != sorted(both[1]) or len(both[0]) < 2:
-        return []
-    called = dict(zip(ends, by_letters([end[::-1] for end in ends]), strict=False))
-    return [called[head] for head in heads] if called else []
+    each = [sorted(n for n, h in zip(numbers, heads, strict=True) if h == end) for end in ends]
+    alike = len(ends) > 1 and all(own == each[0] for own in each) and len(each[0]) > 1
+    return (heads, ends) if alike else ([], [])
 
 
 def _sides(cells: Sequence[ColumnGuess]) -> list[str]:
@@ -126,6 +144,20 @@ def _as_the_feet(body: BodyLog, cells: Sequence[ColumnGuess]) -> list[str]:
         return []
     feet = [own[0] for own in found]
     return feet if {*feet} == {*body.swings} else []
+
+
+def _by_stems(stems: Mapping[str, str], cells: Sequence[ColumnGuess]) -> list[str]:
+    """The foot of each cell whose name differs from those of the others as the feet's do.
+
+    ``ar_kyt1`` and ``de_kyt1`` next to the places ``ar_podi_x`` and ``de_podi_x``.
+    """
+    heads, ends = _heads(cells)
+    if len(ends) != len(stems):
+        return []
+    by_part = dict(zip(told_apart_by(list(stems.values())), stems, strict=True))
+    own = dict(zip(ends, told_apart_by(ends), strict=True))
+    called = {head: by_part[part] for head, part in own.items() if part in by_part}
+    return [called[head] for head in heads] if len(called) == len(ends) else []
 
 
 def _by_steps(body: BodyLog, shares: Sequence[Mapping[str, float]]) -> list[str]:

@@ -180,6 +180,7 @@ def _read_as(
         unit += "".join(f" and {parse_unit(more).name}" for more in place.plus.values())
     on_top = [f"{place.add:g}"] if place.add else []
     source = " + ".join((place.column or spec.name, *place.plus, *on_top))
+    source += f" − {place.minus}" * bool(place.minus)
     return ReadColumn(
         spec.name, source, unit, other or spec.unit or "", factor, _range(written), _range(read),
     )  # fmt: skip

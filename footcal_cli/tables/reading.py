@@ -36,6 +36,7 @@ class ForeignColumn:
     over: str = ""
     followed_by: str = ""
     plus: Mapping[str, str] = field(default_factory=dict)
+    minus: str = ""
     add: float = 0.0
     wraps_at: float | None = None
     summed: bool = False

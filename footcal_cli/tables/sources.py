@@ -15,13 +15,13 @@ from footcal_cli.errors import DataError, UsageError, nearest
 from footcal_cli.tables.canonical import canonical
 from footcal_cli.tables.cells import cell_of, held, joined_texts
 from footcal_cli.tables.columns import Column
+from footcal_cli.tables.combined import divided, minus, plus, with_nanoseconds
 from footcal_cli.tables.logfiles import column_names
 from footcal_cli.tables.longfiles import columns_of
 from footcal_cli.tables.rawcolumn import RawColumn, counted
 from footcal_cli.tables.reading import ForeignColumn, Join, Reading
 from footcal_cli.tables.registers import with_high_word
 from footcal_cli.tables.textfiles import called_as
-from footcal_cli.tables.units import conversion
 
 _TIME = Column("time_s", "time stamp")
 _TOPIC_S = 0.1
@@ -79,9 +79,10 @@ def source_columns(
     wanted |= {p.followed_by for p in places.values() if p.followed_by}
     conditions = {name for p in places.values() for name in p.only_where}
     added = {name for p in places.values() for name in p.plus}
-    wanted |= conditions | added
+    taken = {p.minus for p in places.values() if p.minus}
+    wanted |= conditions | added | taken
     names = {*source_names(path, reading)}
-    for key, asked in {"only_where": conditions, "plus": added}.items():
+    for key, asked in {"only_where": conditions, "plus": added, "minus": taken}.items():
         if unknown := asked - names:
             raise DataError(
                 f"missing column '{min(unknown)}' that {key} names"
@@ -119,14 +120,17 @@ def source_columns(
                 found[name] = _only_where(found[name], raw, place)
             for other, unit in place.plus.items():
                 more = cell_of(raw[other], place, reading, path)
-                found[name] = _plus(found[name], more, place, (other, unit), path)
+                found[name] = plus(found[name], more, place, (other, unit), path)
+            if place.minus:
+                found[name] = minus(found[name], cell_of(raw[place.minus], place, reading, path),
+                                     place, path)  # fmt: skip
             if place.high_word:
                 both = (place.column, place.high_word)
                 found[name] = with_high_word(found[name], raw[place.high_word], both, path)
             if place.over:
-                found[name] = _divided(found[name], raw[place.over], place, path)
+                found[name] = divided(found[name], raw[place.over], place, path)
             if place.nanoseconds:
-                found[name] = _with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
+                found[name] = with_nanoseconds(found[name], raw[place.nanoseconds], place, path)
         elif place.value is None and place.file_name is None:
             assert reading.rate_hz is not None, "only counted time has no source"
             seconds = counted(rows, reading.rate_hz, reading.layout.row_lasts)
@@ -198,47 +202,6 @@ def _constant(value: str | float, rows: int, lines: NDArray[np.int64] | None) ->
     kind: Any = "text" if isinstance(value, str) else "number"
     filled = np.full(rows, value, dtype=object if isinstance(value, str) else np.float64)
     return RawColumn(kind, filled, np.zeros(rows, dtype=bool), lines)
-
-
-def _with_nanoseconds(
-    whole: RawColumn, rest: RawColumn, place: ForeignColumn, path: Path
-) -> RawColumn:
-    """Whole seconds and the nanoseconds beside them as one stamp in integer nanoseconds."""
-    for raw, column in ((whole, place.column), (rest, place.nanoseconds)):
-        if raw.kind != "number" or raw.values.dtype.kind not in "iu":
-            raise DataError(
-                "holds no whole numbers of seconds or nanoseconds", file=path, column=column,
-                remedy="take `nanoseconds` out of [columns]",
-            )  # fmt: skip
-    stamps = whole.values.astype(np.int64) * 10**9 + rest.values.astype(np.int64)
-    return replace(whole, kind="stamp", values=stamps, empty=whole.empty | rest.empty)
-
-
-def _divided(raw: RawColumn, by: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
-    """A column by another one; empty where that is nought."""
-    for one, name in ((raw, place.column), (by, place.over)):
-        if one.kind != "number":
-            raise DataError("holds no numbers", file=path, column=name,
-                            remedy="correct `over` in [columns]")  # fmt: skip
-    size = by.values.astype(np.float64)
-    empty = raw.empty | by.empty | (size == 0.0)
-    values = raw.values.astype(np.float64) / np.where(empty, np.nan, size)
-    return replace(raw, values=values, empty=empty)
-
-
-def _plus(
-    raw: RawColumn, more: RawColumn, place: ForeignColumn, other: tuple[str, str], path: Path
-) -> RawColumn:
-    """A column with another one, in a unit of its own, on top; an empty cell adds nothing."""
-    column, unit = other
-    for one, name in ((raw, place.column), (more, column)):
-        if one.kind != "number":
-            raise DataError("holds no numbers", file=path, column=name,
-                            remedy="correct `plus` in [columns]")  # fmt: skip
-    change = conversion(unit, place.unit or unit, 1.0)
-    added = np.where(more.empty, 0.0, change(more.values.astype(np.float64)))
-    values = np.where(raw.empty, 0.0, raw.values.astype(np.float64)) + added
-    return replace(raw, values=values, empty=raw.empty & more.empty)
 
 
 def _only_where(

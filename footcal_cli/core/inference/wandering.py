@@ -33,29 +33,42 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     """Columns by which a block's own calibration may differ, of unit information per block, (m, w).
 
     Every column of the calibration and every offset, each on its own: eigenvectors of columns of
-    nearly equal information are rounding. What changes no output is dropped.
+    nearly equal information are rounding. Those of one output are not, within one cell of a bench:
+    there an offset and the calibration hold the same. What changes no output is dropped.
     None where it is tracked, where it differs between settings instead, and where blocks have too
     few rows to show one of their own, unless pieces of one observation show their noise.
     """
     nothing = problem.calibration[:, :0]
     if problem.tracking is not None or problem.turned:
         return nothing
-    columns = np.hstack([problem.calibration, _offsets(problem)])
+    columns = np.hstack([problem.calibration, np.eye(len(problem.outputs))[problem.output]])
     white = whitener(columns)
-    every = np.arange(columns.shape[1])
     products = block_products(white, problem.block[whitener.kept], problem.blocks)
+    every = np.arange(columns.shape[1])
     own = products.part(every, every)
     size = np.sqrt(np.maximum(products.squares(every).mean(axis=0), _SMALLEST))
     shown = np.linalg.matrix_rank(own / np.outer(size, size), _DROP, hermitian=True).sum()
     if problem.residual.size <= _LEAST_ROWS * shown and not problem.pieces:
         return nothing
-    acting = size > np.sqrt(_DROP) * size.max(initial=0.0)
-    return np.asarray(columns[:, acting] / size[acting])
-
-
-def _offsets(problem: Problem) -> FloatArray:
-    """One column of ones per output."""
-    return np.eye(len(problem.outputs))[problem.output]
+    if len(problem.outputs) > 1:
+        acting = size > np.sqrt(_DROP) * size.max(initial=0.0)
+        return np.asarray(columns[:, acting] / size[acting])
+    shows, cell = _cells(np.diagonal(own, axis1=1, axis2=2)[:, :-1])
+    parts = []
+    for at in range(cell.max(initial=0) + 1):
+        mine = (
+            shows[:, cell == at].any(axis=1) if cell.size else np.ones(problem.blocks, dtype=bool)
+        )
+        used = np.append(np.flatnonzero(cell == at), columns.shape[1] - 1)
+        gram = own[np.ix_(mine, used, used)].sum(axis=0) / problem.blocks
+        scale = np.sqrt(np.maximum(np.diag(gram), _SMALLEST))
+        values, vectors = (
+            found[..., ::-1] for found in np.linalg.eigh(gram / np.outer(scale, scale))
+        )
+        seen = values > _DROP * values.max(initial=_SMALLEST)
+        turned = (columns[:, used] / scale) @ (vectors[:, seen] / np.sqrt(values[seen]))
+        parts.append(turned * mine[problem.block][:, None])
+    return np.hstack(parts)
 
 
 def variance_beside(
@@ -134,8 +147,11 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
     zz = rows.part(wandering, wandering)
     fitted = np.append(calibration, rows.last)
     zx = rows.part(wandering, fitted)
-    shown, kin = _kin(np.diagonal(zz, axis1=1, axis2=2))
+    shown, cell = _cells(np.diagonal(zz, axis1=1, axis2=2))
     seen = np.maximum(shown.sum(axis=0), 1)
+    # of each cell the columns are in order of their information: first ones are alike, and so on
+    rank = np.array([np.count_nonzero(cell[:i] == own) for i, own in enumerate(cell)])
+    most = np.bincount(rank, seen)
     total = rows.part(fitted, fitted).sum(axis=0)
     variance = np.ones(wandering.size)
     flat = zx.reshape(-1, fitted.size).T
@@ -148,7 +164,7 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
         beside_theta[:-1] = -_solved(left[:-1, :-1], left[:-1, -1])
         mean = shrunk @ beside_theta
         squared = np.sum(shown * (mean**2 + np.einsum("bii->bi", posterior)), axis=0)
-        common = (np.bincount(kin, squared) / np.maximum(np.bincount(kin, seen), 1))[kin]
+        common = (np.bincount(rank, squared) / most)[rank]
         updated = np.minimum((squared + _ALIKE * common) / (seen + _ALIKE), _MOST)
         change = np.abs(np.log(updated / variance)).max()
         variance = updated
@@ -157,26 +173,19 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
     return variance
 
 
-def _kin(squares: FloatArray) -> tuple[BoolArray, IntArray]:
-    """Which blocks show each column, (B, w), and which columns are alike, a number each, (w,).
+def _cells(squares: FloatArray) -> tuple[BoolArray, IntArray]:
+    """Which blocks show each column, (B, w), and the cell of a bench that each column is of, (w,).
 
-    Alike are those of equal rank in groups that no block shows together: the columns of the cells
-    of a bench, in order of their information.
+    No block shows columns of two cells.
 
     Parameters
     ----------
     squares
         Information of each block on each column, shape (B, w).
     """
-    shown = squares > _SHOWN * squares.max(axis=0)
-    kin = np.arange(shown.shape[1])
-    own = np.flatnonzero(~shown.all(axis=0))
-    met = shown[:, own].T.astype(np.int64) @ shown[:, own]
-    _, group = connected_components(met, directed=False)
-    for g in np.unique(group):
-        members = own[group == g]
-        kin[members] = own[: members.size]
-    return shown, kin
+    shown = squares > _SHOWN * squares.max(axis=0, initial=0.0)
+    together = shown.T.astype(np.int64) @ shown
+    return shown, connected_components(together, directed=False)[1].astype(np.int64)
 
 
 def _solved(products: FloatArray, target: FloatArray) -> FloatArray:
