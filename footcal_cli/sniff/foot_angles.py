@@ -21,8 +21,6 @@ from footcal_cli.sniff.vocabulary import ANGLES
 
 _PARTS = 10
 """Parts of a walk whose directions are compared with the headings in them."""
-_FLAGS = 2
-"""So many values has what says whether a foot stands."""
 _CLEARLY = 0.5
 """The right unit leaves so small a share of what the other leaves."""
 _DEGREES = re.compile(r"(?i)[\[(]\s*(?:der|derece|gr|grd|st|stop|aste)\.?\s*[\])]")
@@ -80,7 +78,7 @@ def heading_beside(
         c for c in columns
         if place.before and c.column.startswith(place.before) and c.column not in known
         and not {"roll", "pitch"} & {ANGLES.get(word) for word in words_of(c.column)}
-        and c.unit in (None, "rad", "deg") and np.unique(numbers_of(c)).size > _FLAGS
+        and c.unit in (None, "rad", "deg") and not {*numbers_of(c).tolist()} <= {0.0, 1.0}
     ]  # fmt: skip
     if len(beside) != 1 or float(np.nanmax(np.abs(numbers_of(beside[0])))) > _WHOLE_TURN_DEG:
         return None

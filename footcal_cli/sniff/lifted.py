@@ -35,6 +35,7 @@ _IDLE = 0.1
 
 _NOTHING = 0.05
 """Share of what cells read under a robot that they read at most in the air, if they are tared."""
+_NEAR_AN_END = 0.2
 _AT_AN_END = 0.1
 """How far a zero may lie from the end of a cell's readings, as a share of their range."""
 
@@ -47,7 +48,8 @@ def with_lifted(
     standing = [part for part in parts if part.plan.role == "placements"]
     standing = standing or [part for part in cells if _stands(part)]
     if len(standing) > 1:  # one that hangs may have the body's motion, too
-        standing = [part for part in standing if not _spoken(part.plan.file)]
+        standing = [p for p in standing if not _spoken(p.plan.file) and not any(
+            carries_nothing(p.plan.file, other.plan.file) for other in standing)]  # fmt: skip
         most = max((_carried(part.plan.file) for part in standing), default=0.0)
         standing = [part for part in standing if _carried(part.plan.file) > _NOTHING * most]
     if len(standing) != 1:
@@ -78,7 +80,11 @@ def in_the_air_apart(group: list[FileGuess]) -> list[list[FileGuess]]:
     """Stands with the same columns in two groups where some are called after a robot in the air."""
     weighed = len(group) > 1 and loads_named(Names.of(called([file.path for file in group])))
     least = 0.0 if weighed else _NOTHING * max(map(_carried, group))  # of weights one may be 0 kg
-    hung = [file for file in group if _spoken(file) or _carried(file) < least]
+    most = max(group, key=_moved)
+    hung = [
+        file for file in group
+        if _spoken(file) or _carried(file) < least or carries_nothing(file, most)
+    ]  # fmt: skip
     if not hung or len(hung) == len(group) or not group[0].of("time"):
         return [group]
     own = (file for file in group if all(file is not one for one in hung))
@@ -107,6 +113,32 @@ def _carried(file: FileGuess) -> float:
     return float(sum(abs(np.nanmedian(numbers_of(c))) for c in readings(file)))
 
 
+def _moved(file: FileGuess) -> float:
+    """How far the cells of a log move, the sum of their spreads."""
+    return float(sum(np.nanstd(numbers_of(c)) for c in readings(file)))
+
+
+def carries_nothing(file: FileGuess, other: FileGuess) -> bool:
+    """Whether all cells of a log stand still where another log of them ends, all at the same end.
+
+    Feet that walk carry nothing now and then; a robot that stands carries something.
+    """
+    at: list[float] = []
+    theirs = {c.column: c for c in readings(other)}
+    for cell in readings(file) if file is not other else ():
+        if cell.column not in theirs:
+            return False
+        low, high = np.nanquantile(numbers_of(theirs[cell.column]), [0.01, 0.99])
+        own = numbers_of(cell)
+        if not np.isfinite(own).any() or not high - low > 0:
+            return False
+        if np.nanstd(own) > _IDLE * (high - low):
+            return False
+        at.append(float((np.nanmedian(own) - low) / (high - low)))
+    ends = np.abs(np.subtract.outer([0.0, 1.0], at))
+    return len(at) > 1 and bool(np.any(np.all(ends < _NEAR_AN_END, axis=1)))
+
+
 def _idle(empty: ColumnGuess, loaded: ColumnGuess) -> bool:
     """Whether a cell carries nothing in one log, by how far it moves in another."""
     spans = [float(np.nanmax(v) - np.nanmin(v)) for v in map(numbers_of, (empty, loaded))]
@@ -133,7 +165,8 @@ def _zeros(file: FileGuess, standing: Part, plan: LogPlan | None) -> LogPlan | N
         return None
     bare = not file.of("load") and _carried(file) < _NOTHING * _carried(standing.plan.file)
     stamped = bool(file.of("time")) and not plate and not bare
-    if not _spoken(file) and (file.of("com") or stamped):
+    hangs = _spoken(file) or carries_nothing(file, standing.plan.file)
+    if not hangs and (file.of("com") or stamped):
         return None
     foot = standing.plan.channels[0].partition("_")[0] if plate else ""
     entries: dict[str, Entry] = {

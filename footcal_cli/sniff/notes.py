@@ -28,6 +28,8 @@ _WORD = re.compile(r"[^\W\d_]{2,}")
 _SENTENCE, _PROSE = 5, 0.3
 """Words of a line that is written, and the share of such lines in notes."""
 _TABLE = re.compile(r"^\s*\|?[ :]*-{3,}[ :]*\||^\s*\|.*\|", re.MULTILINE)
+_PAIR = re.compile(r"^\s*\|\s*([^|]*[^\W\d][^|]*?)\s*\|\s*([^|]*\d[^|]*?)\s*\|\s*$")
+"""A row of two: what is said, and its number."""
 _AXES = re.compile(r"(?im)^\s*\|.*\|\s*x\b[^|]*\|\s*y\b[^|]*\|")
 _MARKED = re.compile(r"^[\s#>*+-]+|[*`]+")
 """Signs of headings, lists and emphasis."""
@@ -114,7 +116,8 @@ def with_notes(files: Sequence[FileGuess], notes: Sequence[Path]) -> list[FileGu
     for path in notes:
         text = _text(path)
         units |= units_in(text)
-        prose = [_MARKED.sub("", x) for x in text.splitlines() if x.strip() and "|" not in x]
+        said = (_PAIR.sub(r"\1: \2", line) for line in text.splitlines())
+        prose = [_MARKED.sub("", x) for x in said if x.strip() and "|" not in x]
         lines += [part for line in prose for part in _ENDS.split(line) if part.strip()]
     lines += [f"{kind} unit: {unit}" for kind, unit in units.items()]
     made = [

@@ -13,6 +13,7 @@ from footcal_cli.sniff.foot_mounts import Mount
 from footcal_cli.sniff.foot_poses import with_foot_poses
 from footcal_cli.sniff.groups import without_unit
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess
+from footcal_cli.sniff.lifted import carries_nothing
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.placed_feet import feet_of, of_several_feet, on_feet
 from footcal_cli.sniff.plan import Entry, LogPlan
@@ -73,6 +74,8 @@ def _with_stream(
     """The one body's stream that fits no experiment alone, next to the one log that lacks it."""
     bodies = [file for file in others if file.of("com")]
     alone = [p for p in parts if p.plan.command == "static-init" and len(p.paths) == 1]
+    files = [p.plan.file for p in alone]
+    alone = [p for p in alone if not any(carries_nothing(p.plan.file, file) for file in files)]
     if len(bodies) != 1 or len(alone) != 1:
         return list(parts), list(others)
     joined = with_body(alone[0].plan, bodies[0], beside=alone[0].beside)

@@ -87,6 +87,13 @@ def _filled(lines: Sequence[str], separator: str, width: int) -> bool:
     return any(is_number(field, sign) for field in last for sign in ".,")
 
 
+def _all_named(line: str, separator: str, width: int) -> bool:
+    """Whether a first line has a name for each of so many fields: of streams that gave nothing."""
+    names = filled_fields(line, separator)
+    one = all(names) and len({*names}) == len(names)
+    return len(names) == width and one and not any(is_number(n, s) for n in names for s in ".,")
+
+
 def _counts(fields: Sequence[str]) -> bool:
     """Whether fields number the rows one by one."""
     if len(fields) < 2 or not all(field.isdecimal() for field in fields):
@@ -128,7 +135,14 @@ class Body:
         width, alike = Counter(map(len, split)).most_common(1)[0]
         open_ended = [fields_of(line, separator) for line in tail]
         longer, more = Counter(map(len, open_ended)).most_common(1)[0]
-        wide = more == alike and longer > width and _filled(written[:_LOOKED_AT], separator, longer)
+        wide = (
+            more == alike
+            and longer > width
+            and (
+                _filled(written[:_LOOKED_AT], separator, longer)
+                or _all_named(written[0], separator, longer)
+            )
+        )
         if more > alike or wide:
             split, width = open_ended, longer  # cells at the end of rows may be empty
         rows = [row for row in split if len(row) == width]

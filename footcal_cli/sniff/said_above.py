@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.plausibility import TOTAL_RANGE
-from footcal_cli.sniff.guesses import numbers_of
+from footcal_cli.sniff.guesses import Sure, numbers_of
 from footcal_cli.sniff.placed import WEIGHT
 from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, LogPlan
 from footcal_cli.sniff.said_axes import with_left_asked
@@ -64,6 +64,8 @@ _CAPACITY = re.compile(
     r"(?i)\b(?:capacity|range|rated|full.?scale|nennlast|messbereich|höchstlast|nennkraft|portée|"
     r"capacité|capacidad|portata|fondo.?scala|mätområde)\b"
 )
+_NEAR, _BY_FAR = 0.15, 1.5
+"""How far forces may be from a robot's weight as a share; ratio of its mass to any other named."""
 _FAR = 30.0
 """No cell is loaded with so many times its capacity, and no list of loads is so far off."""
 
@@ -124,15 +126,36 @@ def _newton_each(unit: str, factor: float | None) -> float:
     return conversion(unit, "N", GRAVITY_MPS2).slope * (factor or 1.0)
 
 
+def _by_size(plan: LogPlan) -> tuple[dict[float, str], Sure]:
+    """The one mass that lines name which the forces agree with, or that is by far the largest."""
+    found: dict[float, str] = {}
+    for line in plan.file.text.above:
+        if _CAPACITY.search(line):
+            continue
+        for said in IN_WORDS.finditer(line):
+            unit = known_unit(said[2]) or said[2]
+            if unit in ("kg", "g", "lb") and (newton := _newton(said[1], unit)) > 0:
+                found.setdefault(round(newton / GRAVITY_MPS2, 6), line.strip())
+    total = _total_n(plan)
+    if total is not None:
+        near = {m: x for m, x in found.items() if abs(total / (m * GRAVITY_MPS2) - 1.0) < _NEAR}
+        return near, "likely"
+    largest, *others = sorted(found, reverse=True) or [0.0]
+    far = largest > _BY_FAR * max(others, default=0.0)
+    return ({largest: found[largest]} if far and largest > 0 else {}), "guess"
+
+
 def _with_mass(plan: LogPlan) -> LogPlan:
-    said = _masses(plan.file.text.above)
+    said, sure = _masses(plan.file.text.above), "likely"
+    if MASS in plan.blanks and len(said) != 1:
+        said, sure = _by_size(plan)
     if MASS not in plan.blanks or len(said) != 1:
         return plan
     mass, line = next(iter(said.items()))
     total = _total_n(plan)
     blanks = tuple(blank for blank in plan.blanks if blank is not MASS)
     if total is None or TOTAL_RANGE[0] < total / (mass * GRAVITY_MPS2) < TOTAL_RANGE[1]:
-        own = f"mass_kg = {mass:g}    # likely: '{line}'"
+        own = f"mass_kg = {mass:g}    # {sure}: '{line}'"
         return replace(plan, robot=(own, *plan.robot), blanks=blanks)
     why = (
         f"the forces add up to {total:.3g} N, which is no mass of {mass:g} kg ('{line}'): correct "

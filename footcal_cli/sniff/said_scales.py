@@ -14,57 +14,86 @@ import numpy as np
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS
 from footcal_cli.sniff.guesses import numbers_of
 from footcal_cli.sniff.plan import LogPlan
-from footcal_cli.sniff.units import GRAVITY_MPS2
+from footcal_cli.sniff.units import GRAVITY_MPS2, LOADS, VOLTAGES
 from footcal_cli.tables.units import conversion
 
-_NUMBER = r"(?<![\d.,])(?P<number>\d{1,3}(?: \d{3})+|\d+(?:[.,]\d+)?(?:e-?\d+)?)"
-_PER = (
-    r"\s*(?:/|\bper\b|\bpro\b|\bje\b|\bpar\b|\bpor\b|\bna\b|\bpr\.?|\bpå\b|\bpaa\b|\bza\b|\ba\b)\s*"
-)
-_FORCE = r"(?P<unit>N|kN|mN|kgf?|g|lbf?|[Nn]ew?tons?|[Nn]iuton\w*|[Nn]jutn\w*)(?![\w/])"
+_NUMBER = r"(?<![\d.,])\d{1,3}(?: \d{3})+|(?<![\d.,])\d+(?:[.,]\d+)?(?:[eE]-?\d+)?"
 _COUNTS = (
-    r"(?:(?i:counts?|cts?|codes?|lsbs?|digits?|bits?|ticks?|steps?|units?|zliczeń|zliczenia|"
-    r"impuls\w*|cuentas?|contagens|contagem|conteggi\w*|punti|tellinger|enheter|inkrement\w*|"
-    r"zähl\w*|tell\w*|dílků|dilku|jednotek|coups|points|pas|pulsos|sayım|sayim|lukemaa?|hodnot)|"
-    r"カウント)"
+    r"(?i:counts?|cts?|codes?|lsbs?|digits?|bits?|ticks?|steps?|units?|zliczeń|zliczenia|impuls\w*|"
+    r"cuentas?|conteos?|contagens|contagem|conteggi\w*|punti|tellinger|enheter|inkrement\w*|zähl\w*|"
+    r"tell\w*|dílků|dilku|jednotek|coups|points?|pas|pulsos|sayım|sayim|lukemaa?|hodnot|szám\w*|"
+    r"μετρήσεις|đơn vị|カウント)"
 )
-_OF_A_FORCE = re.compile(rf"{_NUMBER}\s*{_COUNTS}{_PER}{_FORCE}")
-_OF_A_COUNT = re.compile(rf"{_NUMBER}\s*{_FORCE[:-9]}{_PER}{_COUNTS}(?!\w)")
+_VOLTS, _FORCES = (
+    r"mV/V|mV|uV|V|[Vv]olts?",
+    (r"kN|mN|N|kgf?|g|lbf?|[Nn]ew?tons?|[Nn]iuton\w*|[Nn]jutn\w*|[Νν]ιούτον"),
+)
+_READ = rf"(?:{_COUNTS}|{_VOLTS})"
+_LINK = (
+    r"\s*(?:[/=≙@]|\b(?:per|pro|je|par|por|pr|på|paa|na|za|a|à|at|bei|for|för|for|für|vid|bij|ved|"
+    r"a cada|για)\b\.?)\s*"
+)
+_ONE_WAY = re.compile(
+    rf"(?P<read>{_NUMBER})?\s*(?<![^\W\d])(?P<in>{_READ})(?![^\W\d]){_LINK}"
+    rf"(?P<force>{_NUMBER})?\s*(?P<unit>{_FORCES})(?![\w/])"
+)
+_OTHER_WAY = re.compile(
+    rf"(?P<force>{_NUMBER})?\s*(?<![^\W\d])(?P<unit>{_FORCES}){_LINK}"
+    rf"(?P<read>{_NUMBER})?\s*(?P<in>{_READ})(?![\w/])"
+)
+"""A reading for a force, or a force for a reading; one of the two numbers may be missing."""
 _OFF_BY = re.compile(
     r"[^\d.;]{0,25}?(?:±|\+[-/]+|\+\s*[-–]|(?i:within|about))\s*(\d+(?:[.,]\d+)?)\s*%"
 )
 
 
-def scale_in(above: Sequence[str]) -> tuple[float, float | None, str] | None:
-    """Newtons per count, how far that may be off as a share, and the line; None without one.
+def scale_in(
+    above: Sequence[str], unit: str | None = None
+) -> tuple[float, float | None, str] | None:
+    """Newtons per unit read, how far that may be off as a share, and the words; None without one.
+
+    Parameters
+    ----------
+    unit
+        In which the cells are read: V, mV/V …; None for counts, or where nothing says it.
 
     >>> scale_in(["The cells give 1120 counts per newton, +-3 %."])[:2]
     (0.0008928571428571428, 0.03)
+    >>> scale_in(["Amplifier: 600 N = 4,0 V."], "V")[0]
+    150.0
     """
     found: dict[float, tuple[float | None, str]] = {}
     text = "\n".join(above)  # a sentence may go on in the next line
-    for pattern, counted in ((_OF_A_FORCE, True), (_OF_A_COUNT, False)):
-        for said in pattern.finditer(text):
-            number = float(re.sub(r"\s", "", said["number"]).replace(",", "."))
-            unit = "N" if said["unit"].lower().startswith(("new", "niu", "nj")) else said["unit"]
-            one = conversion(unit, "N", GRAVITY_MPS2).slope
-            off = _OFF_BY.match(text, said.end())
-            sd = float(off[1].replace(",", ".")) / 100 if off else None
-            if number > 0:
-                line = " ".join(text[said.start() : (off or said).end()].split())
-                found.setdefault(one / number if counted else one * number, (sd, line))
+    for said in (*_ONE_WAY.finditer(text), *_OTHER_WAY.finditer(text)):
+        read, force = (_number(said[name]) for name in ("read", "force"))
+        volts = re.fullmatch(_VOLTS, said["in"])
+        per_volt = VOLTAGES.get(said["in"], 1e3) / 1e3 if volts and said["in"] != "mV/V" else 1.0
+        fits = unit in (None, "V") if volts and said["in"] != "mV/V" else said["in"] == (
+            unit if volts else said["in"]) and (volts or unit is None)  # fmt: skip
+        if not fits or (read is None and force is None) or 0.0 in (read, force):
+            continue
+        newton = said["unit"] if said["unit"] in (*LOADS, "kgf", "lbf") else "N"
+        one = conversion(newton, "N", GRAVITY_MPS2).slope
+        off = _OFF_BY.match(text, said.end())
+        sd = float(off[1].replace(",", ".")) / 100 if off else None
+        words = " ".join(text[said.start() : (off or said).end()].split())
+        found.setdefault((force or 1.0) * one / ((read or 1.0) * per_volt), (sd, words))
     if len(found) != 1:
         return None
-    scale, (sd, line) = found.popitem()
-    return scale, sd, line
+    scale, (sd, words) = found.popitem()
+    return scale, sd, words
+
+
+def _number(text: str | None) -> float | None:
+    return None if text is None else float(re.sub(r"\s", "", text).replace(",", "."))
 
 
 def with_scale(plan: LogPlan) -> LogPlan:
     """The plan with the sensitivity of its cells that a line says, where it was asked for."""
     asked = [blank for blank in plan.blanks if blank in (WEIGHTS, NAMEPLATE)]
     entries = list(plan.read.values())
-    counts = entries and all(e.unit is None and e.column is not None for e in entries)
-    said = scale_in(plan.file.text.above) if asked and counts else None
+    units = {e.unit for e in entries if e.column is not None}
+    said = scale_in(plan.file.text.above, units.pop()) if asked and len(units) == 1 else None
     if said is None:
         return plan
     scale, sd, line = said

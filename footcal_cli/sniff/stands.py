@@ -67,6 +67,8 @@ def _standing(file: FileGuess) -> FileGuess | None:
         i: angle_unit(own, np.zeros(file.rows, complex), file.text.above)
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
+    said = [own for own in units.values() if own[1]]
+    units = {i: own if own[1] or not said else said[0] for i, own in units.items()}
     length = length_unit(above[0].values("z")[:, 0])
     if {*names} != {"left", "right"}:
         ahead = np.zeros(file.rows)  # feet that stand point along x, unless their yaw says more

@@ -58,14 +58,17 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         for c in readings(file)
     ]  # fmt: skip
     feet = _by_names([c for _, c in cells])
-    if body is not None and not (feet and {*feet} <= body.swings.keys()):
+    known = body.swings.keys() if body is not None else {*feet}
+    if not feet or not {*feet} <= known:
+        by_stems, named = _of_the_stems(body.stems if body else _stems(files), cells)
+        cells, feet = (by_stems, named) if named else (cells, feet)
+    if body is not None and not (feet and {*feet} <= known):
         shares = _in_swings(body, files, cells)
         # what moves most while feet are in the air is of the body's motion, and no cell
         felt = [min(own.values(), default=0.0) < 1.0 for own in shares]
         cells = [own for own, is_cell in zip(cells, felt, strict=True) if is_cell]
         shares = [own for own, is_cell in zip(shares, felt, strict=True) if is_cell]
-        own = [c for _, c in cells]
-        feet = _as_the_feet(body, own) or _by_stems(body.stems, own) or _by_steps(body, shares)
+        feet = _as_the_feet(body, [c for _, c in cells]) or _by_steps(body, shares)
         called = channel_names([c for _, c in cells])
         if feet and all(n.startswith(f"{foot}_") for n, foot in zip(called, feet, strict=True)):
             return files  # their names say it already
@@ -144,6 +147,28 @@ def _as_the_feet(body: BodyLog, cells: Sequence[ColumnGuess]) -> list[str]:
         return []
     feet = [own[0] for own in found]
     return feet if {*feet} == {*body.swings} else []
+
+
+def _stems(files: Sequence[FileGuess]) -> dict[str, str]:
+    """Foot -> what stands before the axis in the name of its place, of a body that stands."""
+    ends = {"left_foot_x_m": "left", "right_foot_x_m": "right"}
+    found = {
+        ends[c.name.owner]: c.column for file in files for c in file.of("motion")
+        if c.name.owner in ends
+    }  # fmt: skip
+    return found if len(found) == len(ends) else {}
+
+
+def _of_the_stems(
+    stems: Mapping[str, str], cells: Sequence[tuple[int, ColumnGuess]]
+) -> tuple[list[tuple[int, ColumnGuess]], list[str]]:
+    """Cells whose names differ as those of the feet do, and their feet."""
+    heads = [re.sub(r"\W*\d*$", "", split_unit(c.column)[0]) for _, c in cells]
+    several = [own for own, head in zip(cells, heads, strict=True) if heads.count(head) > 1]
+    for kept in ([*cells], several) if stems else ():
+        if feet := _by_stems(stems, [c for _, c in kept]):
+            return kept, feet
+    return [*cells], []
 
 
 def _by_stems(stems: Mapping[str, str], cells: Sequence[ColumnGuess]) -> list[str]:
