@@ -91,13 +91,13 @@ def _with_loads(
         if column.values is not None or column.codes is None or not column.words:
             continue
         sums = {word: _sum_of(word, masses) for word in column.words}
+        bare = {word for word in column.words if word.strip() in NOTHING}  # they have no code
         if None in sums.values() or len({*sums.values()}) < _LEAST:
             continue
-        empty = column.codes < 0
-        if empty.any():
+        if (column.codes < 0).any() and not bare:
             continue
         put = {word: f"{value:.10g}" for word, value in sums.items() if value is not None}
-        values = np.array([float(put[column.words[i]]) for i in column.codes])
+        values = np.array([float(put[column.words[i]]) if i >= 0 else 0.0 for i in column.codes])
         load = replace(
             column.as_quantity("load", "likely", f"weights of {sheet}, added up"), unit=unit,
             values=values, names=put, words=(), codes=None,
@@ -105,18 +105,21 @@ def _with_loads(
         added = any(_sum_of(word, masses) not in (0.0, *masses.values()) for word in sums)
         if not _are_read(file, values, added=added):
             continue  # they name cells, and the table says what each may carry
-        columns = (load if c is column else _as_reading(c) for c in file.columns)
+        shown = (_as_reading(c) if c.unit else _as_counted(c) for c in file.columns)
+        columns = (load if c.column == column.column else c for c in shown)
         return replace(file, columns=tuple(columns))
     return file
 
 
 def _are_read(file: FileGuess, put: FloatArray, *, added: bool) -> bool:
     """Whether readings of a log follow loads by labels: each in a unit of loads, and any at all."""
-    shown = [c.values for c in file.of("load") if c.values is not None]
+    shown = [c.values for c in file.of("load") if c.values is not None and c.unit]
     others = [c.values for c in file.of("reading", "unknown", "force") if c.values is not None]
     if shown:
         return all(straightness(put, values) > _FOLLOWS for values in shown)
-    return added or any(straightness(put, values) > _FOLLOWS for values in others)
+    alike = [values for values in others if values.size == put.size]
+    together = [np.sum(alike, axis=0)] if len(alike) > 1 else []  # cells of a plate share it
+    return added or any(straightness(put, values) > _FOLLOWS for values in (*others, *together))
 
 
 def _sum_of(label: str, masses: Mapping[str, float]) -> float | None:
@@ -126,6 +129,9 @@ def _sum_of(label: str, masses: Mapping[str, float]) -> float | None:
         return masses[plain]
     if plain in NOTHING or plain == "0" or says_nothing(plain):
         return 0.0
+    letters = plain.isalpha() and len(plain) > 1 and len({*plain}) == len(plain)
+    if letters and (total := _total([*plain], masses)) is not None:
+        return total  # EB are E and B
     sums = (_total(between.split(plain), masses) for between in _BETWEEN)
     return next((total for total in sums if total is not None), None)
 
@@ -139,6 +145,13 @@ def _total(parts: Sequence[str], masses: Mapping[str, float]) -> float | None:
             return None
         total += int(found[1] or 1) * masses[found[2].strip()]
     return total
+
+
+def _as_counted(column: ColumnGuess) -> ColumnGuess:
+    """Round numbers without a unit beside such labels are numbers of steps."""
+    if column.quantity != "load" or column.values is None:
+        return column
+    return column.as_quantity("other", "likely", "round numbers, and weights beside them")
 
 
 def _as_reading(column: ColumnGuess) -> ColumnGuess:

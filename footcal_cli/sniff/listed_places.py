@@ -21,7 +21,7 @@ from footcal_cli.sniff.units import LENGTHS, known_unit
 from footcal_cli.sniff.vocabulary import SIDES
 from footcal_cli.tables.reading import Layout
 
-_NUMBER = r"[-+−]?\d+(?:[.,]\d+)?"
+_NUMBER = r"[-+−]?(?:\d+(?:[.,]\d+)?|\.\d+)"
 _BETWEEN = r"\s*(?:mm|cm|m|in)?\s*[,;|/ \t]\s*(?:[xyz]\s*[=:]\s*)?"
 _NAME = r"(?P<name>[^\W_][\w./-]*(?:[ _][\w./-]+){0,2}?)"
 _THREE = (
@@ -59,6 +59,15 @@ _ONE = re.compile(
     rf"(?<!\w)(?P<name>[A-Z]|\d+)\s*(?::|\bat\b)\s*(?P<axis>[xyXY])\s*=\s*(?P<number>{_NUMBER})"
 )
 """Rows of holes along one axis: ``1..6 at x = -80, -40 …``, or each by itself: ``A: y = 35``."""
+_CORNER = re.compile(
+    rf"(?<!\w)(?P<a>[A-Z])(?P<n>\d+)\s*[=:]\s*\(\s*\+?(?P<x>{_NUMBER})\s*[,;]\s*\+?(?P<y>{_NUMBER})"
+)
+_CORNERS = 2
+_OF_WEIGHTS = re.compile(r"(?<![\w/])(kg|g|N|lb)(?![\w/])")
+_PIECE = re.compile(
+    r"(?<![\w.,])(?P<name>[^\W\d_]{1,2}\d{0,2}|\d{1,3}[a-z])\s*[:=]?\s+(?P<mass>\d+[.,]\d+)(?![\w.,]*\d)"
+)
+"""A hole of a grid and where it is; a weight by its name and its mass."""
 _X_AND_Y = re.compile(r"(?i)\bx\b.*\by\b")
 _AXES = {"x", "y"}
 _HEADING_LINES = 4
@@ -134,6 +143,62 @@ def grid_in(path: Path, text: str) -> FileGuess | None:
         return None
     places = [[place["x"], place["y"]] for place in named.values()]
     return _sheet(path, tuple(named), places, lines, said[0], said[-1])
+
+
+def corners_in(path: Path, text: str) -> FileGuess | None:
+    """A sheet of a grid's holes by two corners: ``A1 = (-135, -80), G5 = (+135, +80)``.
+
+    The text names the steps along x and y, or one of them, so that letters are known for one axis.
+    """
+    lines = text.splitlines()
+    said = [(i, f) for i, line in enumerate(lines) for f in _CORNER.finditer(line)]
+    if len(said) != _CORNERS:
+        return None
+    (first, one), (last, other) = said
+    letters, numbers = _run(one["a"], other["a"]), _run(one["n"], other["n"])
+    ends = [[_number(f[axis]) for f in (one, other)] for axis in "xy"]
+    steps = {float(n.replace(",", ".")) for n in re.findall(r"\d+(?:[.,]\d+)?", text)}
+    for along in ((letters, numbers), (numbers, letters)):
+        if min(map(len, along)) < 2:
+            return None
+        rows = [np.linspace(*own, len(names)) for own, names in zip(ends, along, strict=True)]
+        if any(any(abs(abs(row[1] - row[0]) - s) < 1e-6 for s in steps) for row in rows):
+            at = [dict(zip(names, row.tolist(), strict=True)) for names, row in
+                  zip(along, rows, strict=True)]  # fmt: skip
+            named = {
+                a + n: [at[0][a if a in at[0] else n], at[1][n if n in at[1] else a]]
+                for a in letters for n in numbers
+            }  # fmt: skip
+            return _sheet(path, tuple(named), list(named.values()), lines, first, last)
+    return None
+
+
+def pieces_in(path: Path, text: str) -> FileGuess | None:
+    """A sheet of the weights that a text lists by names: ``P1 4,9987  P2 5,0012 kg``.
+
+    Their unit stands behind one of them or in the line above.
+    """
+    lines = text.splitlines()
+    found: dict[str, float] = {}
+    units = set[str]()
+    for i, line in enumerate(lines):
+        own = [*_PIECE.finditer(line)]
+        above = " ".join(lines[max(i - 2, 0) : i])
+        near = next((f for x in (line, above) if (f := _OF_WEIGHTS.findall(x))), [])
+        if len(own) < 2 or not near:
+            continue
+        units.add(known_unit(near[0]) or "")
+        found |= {f["name"]: _number(f["mass"]) for f in own}
+    if len(found) < 2 or len(units) != 1:
+        return None
+    why, unit = f"listed in {path.name}", units.pop()
+    columns = (
+        ColumnGuess("name", NameGuess("other"), None, "likely", why, words=tuple(found),
+                    codes=np.arange(len(found))),
+        ColumnGuess("mass", NameGuess("load"), unit, "likely", why,
+                    values=np.array([*found.values()])),
+    )  # fmt: skip
+    return FileGuess(path, TextGuess(Layout()), columns, len(found))
 
 
 def _run(first: str, last: str) -> list[str]:

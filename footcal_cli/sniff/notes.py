@@ -15,7 +15,7 @@ from footcal_cli.errors import DataError
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.listed_places import grid_in, places_in
+from footcal_cli.sniff.listed_places import corners_in, grid_in, pieces_in, places_in
 from footcal_cli.sniff.names import FORCE, TORQUE
 from footcal_cli.sniff.units import WEIGHTS, known_unit
 
@@ -123,5 +123,6 @@ def with_notes(files: Sequence[FileGuess], notes: Sequence[Path]) -> list[FileGu
     made = [
         replace(file, text=replace(file.text, above=(*file.text.above, *lines))) for file in files
     ]
-    sheets = (look(path, _text(path)) for path in notes for look in (places_in, grid_in))
+    looks = (places_in, grid_in, corners_in, pieces_in)
+    sheets = (look(path, _text(path)) for path in notes for look in looks)
     return [*made, *(sheet for sheet in sheets if sheet is not None)]

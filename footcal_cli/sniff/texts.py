@@ -31,6 +31,8 @@ from footcal_cli.tables.rawcolumn import RawColumn
 from footcal_cli.tables.units import TIMES
 from footcal_cli.tables.values import bare_hexadecimal, since_the_first
 
+_MOST_WORDS = 500
+"""Different texts of a column in whose rows they may be asked for."""
 FEW = 25
 """A load takes no more than so many values, and so many sensors have a name."""
 _RARE = 0.3
@@ -158,7 +160,9 @@ def text_column(column: str, name: NameGuess, unit: str | None, raw: RawColumn) 
         else:
             name = replace(name, quantity="other")
     codes = np.full(len(raw.values), -1)
-    codes[~raw.empty] = [different.index(word) for word in words] if len(different) <= 99 else -1
+    if len(different) <= _MOST_WORDS:
+        at = {word: i for i, word in enumerate(different)}
+        codes[~raw.empty] = [at[word] for word in words]
     return ColumnGuess(
         column, name, None, "likely", "texts", words=different, codes=codes, names=directed
     )

@@ -17,7 +17,7 @@ import numpy as np
 from footcal_cli.core.parameters import IntArray
 from footcal_cli.errors import DataError
 from footcal_cli.tables.carried import Carried, carried_names
-from footcal_cli.tables.drawn import is_rule, undrawn, with_plain_numbers
+from footcal_cli.tables.drawn import is_rule, undrawn, with_plain_numbers, with_whole_remarks
 from footcal_cli.tables.reading import BLANKS, Layout
 from footcal_cli.tables.textfiles import first_bytes, short, unreadable
 
@@ -85,6 +85,11 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
     if not lines:
         raise DataError("no rows", file=path, remedy="record the log again")
     names = _own_names(found, layout)
+    lines = (
+        with_whole_remarks(lines, layout.separator, len(names))
+        if layout.separator != BLANKS
+        else lines
+    )
     widest, at = max((len(_fields(line, layout)), -i) for i, line in enumerate(lines))
     trailing = widest == len(names) + 1 and all(
         line.rstrip("\r\n").endswith(layout.separator) for line in lines
@@ -320,6 +325,11 @@ def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame
     import pandas as pd
 
     _refuse_foreign_bytes(content, path)
+    first, *others = content.split(b"\n")
+    if any(line.count(b",") > first.count(b",") for line in others):
+        text = [line.decode("utf-8") for line in others]
+        whole = with_whole_remarks(text, ",", first.count(b",") + 1)
+        content = b"\n".join([first, *(line.encode() for line in whole)])
     try:
         with warnings.catch_warnings():
             # a row with more fields than the header (a decimal comma?) would lose its tail

@@ -7,6 +7,7 @@ guesses their layout.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from footcal_cli.tables.reading import BLANKS
 
@@ -59,3 +60,29 @@ def with_plain_numbers(text: str) -> str:
         text = text.translate(_DIGITS)
     some = any(sign in text for sign in ("D+", "D-", "d+", "d-"))
     return _EXPONENT.sub(r"\1E\2", text) if some else text
+
+
+def with_whole_remarks(lines: Sequence[str], separator: str, width: int) -> list[str]:
+    """Rows whose last field is a remark with separators in it, as people type: these are quoted.
+
+    Only where that field holds words or nothing in all rows.
+
+    >>> with_whole_remarks(["1,2.0,", "2,2.1,again, the cable hung"], ",", 3)
+    ['1,2.0,', '2,2.1,"again, the cable hung"']
+    """
+    made = []
+    for line in lines:
+        bare = line.rstrip("\r\n")
+        fields = bare.split(separator)
+        if '"' in bare or width < 2:
+            return list(lines)
+        if len(fields) >= width and fields[width - 1].strip():
+            if not re.search(r"[^\W\d_]{2,}", fields[width - 1]):
+                return list(lines)
+            if len(fields) > width:
+                remark = separator.join(fields[width - 1 :])
+                line = (
+                    f'{separator.join(fields[: width - 1])}{separator}"{remark}"{line[len(bare) :]}'
+                )
+        made.append(line)
+    return made
