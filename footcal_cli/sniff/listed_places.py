@@ -246,6 +246,9 @@ def _in_cells(lines: Sequence[str]) -> list[_Place]:
     columns, head = dict[tuple[str, ...], list[tuple[int, str, re.Match[str]]]](), list[str]()
     for i, line in enumerate(lines):
         cells = [cell.strip(" `*") for cell in line.strip().strip("|").split("|")]
+        if "|" not in line:  # a foot and its cells, side by side in a text without bars
+            cells = re.split(r"\s{2,}|\t|(?<=\))\s+(?=\()", line.strip())
+            head = ["", *head] if len(cells) == len(head) + 1 else head
         pairs = {k: f for k, cell in enumerate(cells) if k and (f := _PAIR.fullmatch(cell))}
         if len(cells) < 2 or (not pairs and not {*line} <= {*"|-: "}):
             head = cells
@@ -261,7 +264,8 @@ def _in_cells(lines: Sequence[str]) -> list[_Place]:
         foot = re.sub(r"\W+$", "", re.split(r"[\[(]|\bx\b", key[-1])[0])
         alone = [other[:-1] for other in columns].count(key[:-1]) == 1
         for i, name, pair in own:
-            found.append(_Place(i, name if alone else f"{foot} {name}", pair.groupdict()))
+            both = f"{name}_{foot}" if "|" not in lines[i] else f"{foot} {name}"
+            found.append(_Place(i, name if alone else both, pair.groupdict()))
     return sorted(found, key=lambda place: place.at)
 
 

@@ -158,8 +158,35 @@ def by_sheet_of_cells(group: Sequence[FileGuess], sheet: FileGuess) -> list[Part
         made = [part for part in parts if part is not None and part.plan.role == "weights"]
         if len(made) == len(group):
             runs = runs or name_guess(label.column).quantity in ("repeat", "session")
-            return [_of_cell(p, named[w], label, runs) for p, w in zip(made, plain, strict=True)]
+            why = f"the file's name, and {label.column} of the sheet"
+            return [_of_cell(p, named[w], why, runs) for p, w in zip(made, plain, strict=True)]
     return []
+
+
+def by_own_sheets(group: Sequence[FileGuess], sheets: Sequence[FileGuess]) -> list[Part]:
+    """Logs of one cell each, every one with a sheet of its own: ``A_run1.csv, A_run1_steps.csv``.
+
+    Empty unless all have one, and all are known weights then. A letter in their names is the cell,
+    a number the run.
+    """
+    own = {}
+    for file in group:
+        named = [s for s in sheets if s.path.name.startswith(file.path.stem)]
+        if len(named) != 1:
+            return []
+        own[file.path] = named[0]
+    if len(own) != len(sheets) or len({id(sheet) for sheet in own.values()}) != len(sheets):
+        return []
+    made = [by_protocol(file, own[file.path]) for file in group]
+    parts = [part for part in made if part is not None and part.plan.role == "weights"]
+    if len(parts) < len(group):
+        return []
+    words = _told_apart(Names.of(called([file.path for file in group])).middle)[0]
+    letters = [re.sub(r"[\W\d_]", "", word) for word in words]
+    runs = len({*letters}) > 1 and all(letters) and len({*words}) == len(words)
+    turned = [x + re.sub(r"\D", "", w) if runs else w for x, w in zip(letters, words, strict=True)]
+    why = "the file's name"
+    return [_of_cell(p, word, why, runs) for p, word in zip(parts, turned, strict=True)]
 
 
 def _told_apart(words: Sequence[str]) -> tuple[list[str], set[str]]:
@@ -169,11 +196,10 @@ def _told_apart(words: Sequence[str]) -> tuple[list[str], set[str]]:
     return ["".join(p for p in own if p not in of_all) for own in parts], of_all
 
 
-def _of_cell(part: Part, word: str, label: ColumnGuess, runs: bool) -> Part:
+def _of_cell(part: Part, word: str, why: str, runs: bool) -> Part:
     """A part whose channel is the cell that its file is called after, and whose run is a number."""
     both = re.fullmatch(r"([^\W\d_]+)[\W_]*(\d+)", word) if runs else None
     name = cell_name(both[1] if both else word)
-    why = f"the file's name, and {label.column} of the sheet"
     entries = {**part.plan.entries, "channel": Entry(value=name, why=why)}
     if both:
         entries["session"] = Entry(value=both[2], why=why)

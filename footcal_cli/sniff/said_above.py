@@ -62,7 +62,8 @@ _LISTED = re.compile(
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _CAPACITY = re.compile(
     r"(?i)\b(?:capacity|range|rated|full.?scale|nennlast|messbereich|höchstlast|nennkraft|portée|"
-    r"capacité|capacidad|portata|fondo.?scala|mätområde)\b"
+    r"capacité|capacidad|portata|fondo.?scala|mätområde|nimellis\w*|névleges\w*|jmenovit\w*|"
+    r"znamionow\w*|ονομαστικ\w*)\b|\dm?V\b|mV/V"
 )
 _NEAR, _BY_FAR = 0.15, 1.5
 """How far forces may be from a robot's weight as a share; ratio of its mass to any other named."""

@@ -37,7 +37,7 @@ from footcal_cli.sniff.placed_feet import by_foot
 from footcal_cli.sniff.placed_files import placed_files
 from footcal_cli.sniff.placement_index import indexed_placements
 from footcal_cli.sniff.plan import Blank, Entry, without_silent_rows
-from footcal_cli.sniff.protocol import by_protocol, by_sheet_of_cells
+from footcal_cli.sniff.protocol import by_own_sheets, by_protocol, by_sheet_of_cells
 from footcal_cli.sniff.robot_files import with_bodies, with_body, with_one_name
 from footcal_cli.sniff.row_stances import with_row_stances
 from footcal_cli.sniff.said_above import as_said_above
@@ -132,6 +132,8 @@ def _pair(one: list[FileGuess], other: list[FileGuess]) -> list[Part]:
         return joined
     for group, rest in permutations((one, other)):
         if len(group) > len(rest) == 1 and (each := by_sheet_of_cells(group, rest[0])):
+            return each
+        if len(group) == len(rest) > 1 and (each := by_own_sheets(group, rest)):
             return each
         if len(rest) == 1 and (made := indexed(group, rest[0])) is not None:
             return [made]

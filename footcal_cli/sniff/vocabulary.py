@@ -44,7 +44,8 @@ _SPELLINGS: dict[Quantity, str] = {
     "cells loadcells brut brute lettura valore anzeige rohwert rohwerte zählwert ausgabe display "
     "отсчёт отсчет ацп датчик код показание показания 读数 读值 示数 传感器 电压 値 值 出力",
     "temperature": "temp temperature temperatur température temperatura ondo amb ambient "
-    "температура 温度",
+    "lämpötila lampotila teplota temperatuur hőmérséklet homerseklet sıcaklık sicaklik suhu hiti "
+    "temperatură thermokrasia θερμοκρασία температура 温度",
     "label": "cell channel sensor zelle kanal foot fuss leg bein device name side location bein",
     "direction": "direction dir richtung updown way",
     "repeat": "repeat rep repetition trial run cycle durchgang wiederholung essai lauf prova "
