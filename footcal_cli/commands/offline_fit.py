@@ -29,7 +29,7 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
     from footcal_cli.core.bench.pooled import with_common_noise
     from footcal_cli.core.plausibility import check_scale
     from footcal_cli.intake.bench import read_weights, studies_of, study_together
-    from footcal_cli.intake.placed_weights import by_nameplate, placed
+    from footcal_cli.intake.placed_weights import believed_cells, placed
     from footcal_cli.intake.zeros import at_zeros
     from footcal_cli.session.bench_calibration import bench_calibration
     from footcal_cli.session.calibration import counted_together
@@ -44,8 +44,8 @@ def offline_fit(session: Session[OfflineFitOptions]) -> Outcome:
         alone = [study.estimates for study in studies]
         estimates = counted_together(session, alone) if alone else []
         weighed = session.parameters is not None or session.recipe.data_paths("weights")
-        if not estimates and together is None and not weighed and placed(session):
-            estimates = by_nameplate(robot)
+        if not estimates and together is None and not weighed and (tables := placed(session)):
+            estimates = believed_cells(robot, tables)
         estimates = at_zeros(session, estimates, robot.cell_names)
         feet = _feet(session, estimates)
     parts: dict[str, Outcome] = {}  # placements are what weights are for: they come first

@@ -19,6 +19,7 @@ from footcal_cli.core.bench.placement_rows import (
     filmed_visits,
     holes_of,
 )
+from footcal_cli.core.bench.shared_loads import common_scale
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
@@ -32,6 +33,8 @@ from footcal_cli.tables.table import Table
 if TYPE_CHECKING:
     from footcal_cli.session.session import Session
 
+_ALIKE, _MISSED = 0.1, 0.2
+"""How far scales of one make differ; share of a weight by which forces miss it without zeros."""
 FRAMES_OF_A_POINT = 50
 """With more rows than this per point they are frames of a recording, condensed to medians."""
 
@@ -95,24 +98,45 @@ def read_feet(
     return logs, apart
 
 
-def by_nameplate(robot: Robot) -> list[Estimates]:
-    """Scale and bias of each cell as ``[robot.nameplate]`` has them; empty where it has none.
+def believed_cells(robot: Robot, tables: Sequence[Table]) -> list[Estimates]:
+    """Scale and bias of each cell before anyone calibrated it.
 
-    Cells that were calibrated by their maker, and then put under a plate, know no other weights.
+    As ``[robot.nameplate]`` has them: cells that were calibrated by their maker, and then put under
+    a plate, know no other weights. Where it has none, or zeros that are far off, as the placements
+    say of all cells together.
     """
-    plate = robot.nameplate
-    if plate.scale_n_per_count is None:
-        return []
-    scale = plate.scale_n_per_count
-    sd = np.array([abs(scale) * plate.scale_relative_sd, plate.bias_sd_n])
-    return [
-        Estimates(
-            (f"{cell}.scale", f"{cell}.bias"), ("N/count", "N"),
-            np.array([scale, -scale * plate.zero_counts]), np.diag(sd**2),
-            (Status.PRIOR_KEPT,) * 2,
+    plate, made = robot.nameplate, list[Estimates]()
+    where = np.concatenate([table.text("foot") for table in tables])
+    for foot, own in robot.feet.items():
+        at, columns = where == foot, [f"{cell}_counts" for cell in own.cells]
+        if not at.any():
+            continue
+        counts, load, hole = (
+            np.concatenate([table.numbers(names) for table in tables])[at]
+            for names in (columns, ["load_n"], ["hole_x_m", "hole_y_m"])
         )
-        for cell in robot.cell_names
-    ]  # fmt: skip
+        places = np.array([[c.x_m, c.y_m] for c in own.cells.values()])
+        scale = plate.scale_n_per_count
+        if scale is None or _far_off(scale * (counts - plate.zero_counts), load[:, 0]):
+            scale, bias = common_scale(counts, load[:, 0], hole, places, scale)
+        else:
+            bias = np.full(len(columns), -scale * plate.zero_counts)
+        sd = plate.scale_relative_sd if plate.scale_n_per_count is not None else _ALIKE
+        variance = np.diag([(scale * sd) ** 2, plate.bias_sd_n**2])
+        made += [
+            Estimates(
+                (f"{foot}_{cell}.scale", f"{foot}_{cell}.bias"), ("N/count", "N"),
+                np.array([scale, b]), variance, (Status.PRIOR_KEPT,) * 2,
+            )
+            for cell, b in zip(own.cells, bias.tolist(), strict=True)
+        ]  # fmt: skip
+    return made
+
+
+def _far_off(forces_n: FloatArray, load_n: FloatArray) -> bool:
+    """Whether forces (n, c) add up to something else than the loads (n,)."""
+    missed = np.median(np.abs(forces_n.sum(axis=1) - load_n))
+    return bool(missed > _MISSED * np.max(np.abs(load_n), initial=0.0))
 
 
 def read_placements(
@@ -134,7 +158,7 @@ def read_placements(
     min_force_n
         Below this total force there is no CoP.
     believed
-        Whether no weights stand behind the scales (`by_nameplate`).
+        Whether no weights stand behind the scales (`believed_cells`).
 
     Raises
     ------

@@ -44,6 +44,8 @@ def without_gaps(
     if not read:
         return load
     dashes = [word for word in load.names if word in DASHES]
+    if len(read) > 1:  # cells of a plate share the load
+        read = [*read, np.sum(read, axis=0)]
     if dashes and np.any(values != 0.0):
         noted = np.where(values == 0.0, np.nan, values)
         if not _as_straight(noted, values, read):

@@ -161,7 +161,9 @@ def corners_in(path: Path, text: str) -> FileGuess | None:
     for along in ((letters, numbers), (numbers, letters)):
         if min(map(len, along)) < 2:
             return None
-        rows = [np.linspace(*own, len(names)) for own, names in zip(ends, along, strict=True)]
+        rows = [
+            np.linspace(own[0], own[1], len(names)) for own, names in zip(ends, along, strict=True)
+        ]
         if any(any(abs(abs(row[1] - row[0]) - s) < 1e-6 for s in steps) for row in rows):
             at = [dict(zip(names, row.tolist(), strict=True)) for names, row in
                   zip(along, rows, strict=True)]  # fmt: skip

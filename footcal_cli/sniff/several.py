@@ -90,8 +90,8 @@ def _planned(files: Sequence[FileGuess]) -> tuple[list[Part], list[FileGuess]]:
         return [*hung, *more], others
     sheets = [g[0] for g in alike if len(g) == 1 and says_places(g[0])]
     for apart in ([], sheets) if not placed_apart else ():
-        others = [group for group in alike if not any(group[0] is sheet for sheet in apart)]
-        if len(others) == 2 and (paired := _pair(*others)):
+        two = [group for group in alike if not any(group[0] is sheet for sheet in apart)]
+        if len(two) == 2 and (paired := _pair(*two)):
             return _with_all_places(paired, apart)
     if len(alike) > 2 and not placed_apart:
         posed, alike = _with_sheets(alike)

@@ -45,12 +45,12 @@ def standing(file: FileGuess) -> FileGuess:
 
 
 def _standing(file: FileGuess) -> FileGuess | None:
-    places = [c for c in file.columns if _could_be_a_place(c)]
-    vectors = [v for v in axes_of(places) if "w" not in v.columns]
+    could = [c for c in file.columns if _could_be_a_place(c)]
+    vectors = [v for v in axes_of(could) if "w" not in v.columns]
     named = [(v, side) for v in vectors if (side := _side(v))] or _by_letters(vectors)
     feet, names = [v for v, _ in named], [side for _, side in named]
     if len(feet) != 2 or {*names} not in _SIDES:
-        feet, names = _alike([*vectors, *flat_axes_of(places)], vectors), []
+        feet, names = _alike([*vectors, *flat_axes_of(could)], vectors), []
     if len(feet) != 2:
         return None
     places = [v.values("xyz") for v in feet]

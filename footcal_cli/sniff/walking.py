@@ -76,15 +76,13 @@ def walked(files: Sequence[FileGuess]) -> list[FileGuess]:
         return files
     # a log of the feet in the air has the same cells
     once = {(c.column, foot): c for (_, c), foot in zip(cells, feet, strict=True)}
-    again = len(once) * len({i for i, _ in cells}) == len(cells)
-    if not again:
-        once = {(str(i), c.column): c for i, c in cells}
-    own = [foot for _, foot in once] if again else feet
-    named = dict(zip(once, _named([*once.values()], own), strict=True))
-    keys = [(c.column, foot) if again else (str(i), c.column)
-            for (i, c), foot in zip(cells, feet, strict=True)]  # fmt: skip
-    made = {(i, c.column): replace(c, name=named[key].name)
-            for (i, c), key in zip(cells, keys, strict=True)}  # fmt: skip
+    if len(once) * len({i for i, _ in cells}) == len(cells):
+        fresh = dict(zip(once, _named([*once.values()], [f for _, f in once]), strict=True))
+        own = [fresh[c.column, foot] for (_, c), foot in zip(cells, feet, strict=True)]
+    else:
+        own = _named([c for _, c in cells], feet)
+    made = {(i, c.column): replace(c, name=new.name)
+            for (i, c), new in zip(cells, own, strict=True)}  # fmt: skip
     return [
         replace(file, columns=tuple(made.get((i, c.column), c) for c in file.columns))
         for i, file in enumerate(files)

@@ -25,6 +25,7 @@ _THERE = 4.0  # sd of moments within which a weight lies where its label says
 _LEAST_SHARE = 2e-3
 _FEWEST = 5  # placements of one load that have a middle of their own
 _MOST = 0.3  # of the visits; more of them are no labels
+_HOLES = 2  # that bear other weights than written, both ways apart
 _STEPS = 8
 _MIDDLE = 0.6745
 _RCOND = 1e-9
@@ -76,7 +77,10 @@ class Misloaded:
 
 
 def misloaded(case: Case) -> tuple[Misloaded, ...]:
-    """Placements whose weight was another one: the load differs, the moment about the hole not."""
+    """Placements whose weight was another one: the load differs, the moment about the hole not.
+
+    None where several holes lack or have too much: that is a curve of the cells near them.
+    """
     rows, left, load, _ = _left_by_most(case)
     laid = load > 0.0
     mine = np.flatnonzero(laid & (rows.output == rows.outputs.index("fz")))
@@ -92,6 +96,9 @@ def misloaded(case: Case) -> tuple[Misloaded, ...]:
             hole = int(log.known["hole"][rows.row[at]])
             foot = log.channels[0].rpartition("_")[0]
             found.append(Misloaded(foot, hole, float(load[at]), float(more), float(sd)))
+    for sign in (1.0, -1.0):
+        if len({(one.foot, one.hole) for one in found if sign * one.off_n > 0}) > _HOLES:
+            return ()
     return tuple(found)
 
 

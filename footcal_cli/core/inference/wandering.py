@@ -54,11 +54,10 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
         acting = size > np.sqrt(_DROP) * size.max(initial=0.0)
         return np.asarray(columns[:, acting] / size[acting])
     shows, cell = _cells(np.diagonal(own, axis1=1, axis2=2)[:, :-1])
+    everywhere = np.ones(problem.blocks, dtype=bool)
     parts = []
     for at in range(cell.max(initial=0) + 1):
-        mine = (
-            shows[:, cell == at].any(axis=1) if cell.size else np.ones(problem.blocks, dtype=bool)
-        )
+        mine: BoolArray = np.any(shows[:, cell == at], axis=1) if cell.size else everywhere
         used = np.append(np.flatnonzero(cell == at), columns.shape[1] - 1)
         gram = own[np.ix_(mine, used, used)].sum(axis=0) / problem.blocks
         scale = np.sqrt(np.maximum(np.diag(gram), _SMALLEST))

@@ -1,0 +1,50 @@
+r"""Scale and zeros of cells that nobody calibrated, by known weights at known places of their foot.
+
+Room: core.bench; asked by intake. With the reading :math:`c_i` of a cell at :math:`x_i`, one scale
+:math:`s` and biases :math:`b_i`,
+
+.. math:: \sum_i (s c_i + b_i) = F, \qquad \sum_i x_i (s c_i + b_i) = F x
+
+is linear. It is where the fit of each cell's gain starts, not its result: cells of one make differ
+by some percent.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from footcal_cli.core.parameters import FloatArray
+
+
+def common_scale(
+    counts: FloatArray, load_n: FloatArray, place_m: FloatArray, cell_m: FloatArray,
+    scale: float | None = None,
+) -> tuple[float, FloatArray]:  # fmt: skip
+    """Scale of all cells in N/count, and the bias of each in N, shape (c,), by least squares.
+
+    Of biases that no output sees the smallest are taken.
+
+    Parameters
+    ----------
+    counts, load_n, place_m
+        Of n placements, shapes (n, c), (n,) and (n, 2); places without a load count for nothing.
+    cell_m
+        Shape (c, 2).
+    scale
+        Where it is known already.
+    """
+    lever = float(np.sqrt(np.mean(cell_m**2))) or 1.0
+    each = np.concatenate([np.ones((1, len(cell_m))), cell_m.T / lever])  # outputs by cells
+    whole = (counts @ each.T).T.ravel()
+    put = np.concatenate([load_n, *(load_n[:, None] * np.nan_to_num(place_m) / lever).T])
+    biases = np.repeat(each, len(load_n), axis=0)
+    # readings about their means: counts may be millions, of which some thousands are the load
+    middle = counts.mean(axis=0)
+    size = float(np.std(whole - np.repeat(each @ middle, len(load_n)))) or 1.0
+    centred = (whole - np.repeat(each @ middle, len(load_n))) / size
+    if scale is None:
+        found = np.linalg.lstsq(np.column_stack([centred, biases]), put, rcond=None)[0]
+        scale, rest = float(found[0] / size), found[1:]
+    else:
+        rest = np.linalg.lstsq(biases, put - scale * size * centred, rcond=None)[0]
+    return scale, np.asarray(rest - scale * middle)
