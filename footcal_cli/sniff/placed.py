@@ -24,6 +24,7 @@ from footcal_cli.sniff.plan import (
     Blank,
     Entry,
     LogPlan,
+    extras,
     load_entry,
     of,
     reading_entry,
@@ -193,6 +194,7 @@ def _with_load(
         "load_n": put,
         **({"repeat": of(repeats[0])} if repeats and not rounds else {}),
         **times(file, needed=False)[0],
+        **{name: e for name, e in extras(file).items() if name == "temperature_degc"},
         **(read[0] if not rounds else {}),
     }
     feet = labels[0].words if labels else (side or "foot",)

@@ -213,6 +213,7 @@ def placements_table(cells: Sequence[str]) -> TableType:
             *(Column(f"{cell}_counts", f"raw reading of cell {cell}") for cell in cells),
             Column("repeat", "number of the repetition", optional=True),
             Column("time_s", "time stamp", optional=True),
+            Column("temperature_degc", "temperature at the cells", optional=True),
         ),
     )
 

@@ -195,6 +195,10 @@ def record_placements(hidden: Hidden | None, seed: int, noisy: bool) -> tuple[Lo
             rows = np.concatenate([np.flatnonzero(one.block == placement) for placement in order])
             known = {name: array[rows] for name, array in one.known.items()}
             known["round"] = np.full(rows.size, float(number))
+            # a room that warms and cools, out of step with the holes
+            known["temperature_degc"] = 25.0 + 4.0 * np.sin(
+                0.9 * number + 0.11 * np.arange(rows.size)
+            )
             block = np.repeat(np.arange(order.size), plan.repeats) + number * order.size
             parts.append(
                 replace(one, time_s=one.time_s + clock, readings=one.readings[rows], known=known,

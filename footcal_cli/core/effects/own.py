@@ -61,7 +61,10 @@ SIGNALS: Mapping[str, SignalKind] = {
     "cop_x": SignalKind("CoP of its foot, x", "m", _ON_PLATES, ("cell_pos_m",)),
     "cop_y": SignalKind("CoP of its foot, y", "m", _ON_PLATES, ("cell_pos_m",)),
     "temperature": SignalKind(
-        "temperature − 25 °C", "K", ("weights", "stand", "walk", "hang"), ("temperature_degc",)
+        "temperature − 25 °C",
+        "K",
+        ("weights", "placements", "stand", "walk", "hang"),
+        ("temperature_degc",),
     ),
     "time": SignalKind("time since the start of the log", "s", EXPERIMENT_NAMES),
     "phase": SignalKind("shaft angle of its leg", "rad", ("hang", "pose"), ("phase_rad",)),

@@ -35,6 +35,7 @@ EXPERIMENT = Experiment(
         "load_n": "weight of the placement, N, shape (n,)",
         "hole_m": "where it acts, foot frame, m, shape (n, 2)",
         "cell_pos_m": "believed cell positions, foot frame, m, shape (n, c, 2)",
+        "temperature_degc": "temperature of the cells, °C, shape (n,), optional",
     },
     balance=balance,
     calibration=(SCALE_BIAS.name,),

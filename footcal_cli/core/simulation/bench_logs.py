@@ -143,10 +143,13 @@ class PlacementsPlan:
         Weights put on every hole (1 g to 6 kg).
     repeats
         Readings of each placement.
+    warming_degc_per_s
+        How fast the cells warm up, from 22 °C.
     """
 
     loads_n: tuple[float, ...] = (0.00981, 0.981, 4.903, 19.61, 58.84)
     repeats: int = 20
+    warming_degc_per_s: float = 0.0
     noise: SimulatedNoise = CELL_NOISE
 
     def holes_m(self, robot: Biped, foot: str) -> FloatArray:
@@ -179,15 +182,17 @@ def placements_log(
     block = np.repeat(place, plan.repeats)
     cells = robot.cells_m(foot)
     channels = tuple(f"{foot}_{cell}" for cell in robot.feet[foot])
+    time_s = 0.5 * np.arange(float(len(block)))
     planned = Log(
         "placements",
         channels,
-        0.5 * np.arange(float(len(block))),
+        time_s,
         np.zeros((len(block), len(channels))),
         {
             "load_n": load[block],
             "hole_m": hole[block],
             "cell_pos_m": np.broadcast_to(cells, (len(block), *cells.shape)).copy(),
+            "temperature_degc": 22.0 + plan.warming_degc_per_s * time_s,
         },
         block,
     )

@@ -56,7 +56,10 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     hole = np.concatenate([t.numbers(["hole_x_m", "hole_y_m"]) for t in tables])
     load = np.concatenate([t.number("load_n") for t in tables])
     counts = np.concatenate([t.numbers([f"{c}_counts" for c in cells]) for t in tables])
-    stamps = np.concatenate([t.optional("time_s") for t in tables])
+    stamps, warmth = (
+        np.concatenate([t.optional(name) for t in tables])
+        for name in ("time_s", "temperature_degc")
+    )
     placed, each_foot = np.column_stack([hole, load]), [foot == name for name in np.unique(foot)]
     timed = bool(np.isfinite(stamps).all()) and all(
         _of_one_clock(stamps[mine], placed[mine]) for mine in each_foot
@@ -73,7 +76,12 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         when = stamps[mine] if timed else None
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
         channels = tuple(f"{name}_{cell}" for cell in cells)
-        logs.append(_log_of(channels, position, hole[mine], load[mine], counts[mine], when))
+        one = _log_of(channels, position, hole[mine], load[mine], counts[mine], when)
+        if np.isfinite(warmth).all():
+            one = one.with_known(temperature_degc=_means(
+                _in_a_row(placed[mine]), warmth[mine]
+            ))  # fmt: skip
+        logs.append(one)
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
     if session.parameters is not None:
         use_zeros(session, channels)
@@ -161,7 +169,7 @@ def _log_of(
     number = int(placement.max()) + 1
 
     def mean(values: FloatArray) -> FloatArray:
-        return np.stack([values[placement == p].mean(axis=0) for p in range(number)])
+        return _means(placement, values)
 
     place = mean(hole_m)
     moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
@@ -175,6 +183,12 @@ def _log_of(
     when = np.arange(float(number)) if stamps is None else mean(stamps)
     block = np.cumsum(moved).astype(np.int64)
     return Log("placements", channels, when, mean(counts), known, block)
+
+
+def _means(placement: IntArray, values: FloatArray) -> FloatArray:
+    """Mean of the rows of each placement, shape (placements, …)."""
+    number = int(placement.max()) + 1
+    return np.stack([values[placement == p].mean(axis=0) for p in range(number)])
 
 
 def _in_a_row(placed: FloatArray) -> IntArray:
