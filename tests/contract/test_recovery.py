@@ -97,7 +97,7 @@ def simulate_weights(chain: Chain, values: dict[str, float], seed: int) -> Simul
 
 
 def simulate_placements(chain: Chain, values: dict[str, float], seed: int) -> Simulated:
-    plan = PlacementsPlan(loads_n=(5.0, 20.0), repeats=2, noise=FORCE, warming_degc_per_s=0.1)
+    plan = PlacementsPlan(loads_n=(5.0, 20.0), repeats=2, noise=FORCE, warming_degc_per_s=0.5)
     return placements_log(BIPED, "left", plan, chain, values, seed=seed, to_counts=False)
 
 
