@@ -39,8 +39,8 @@ class ColumnGuess:
         Different texts of a text column, in order of appearance.
     codes
         Which of `words` stands in each row, shape (n,), −1 where none does.
-    format, pattern, nanoseconds, plus, minus, wraps_at, summed, held, missing, names, high_word,
-    over, followed_by
+    format, pattern, nanoseconds, plus, minus, add, wraps_at, summed, held, missing, names,
+    high_word, over, followed_by
         How it is read, as in `footcal_cli.tables.reading.ForeignColumn`; `values` are read so:
         they hold sums, ratios and whole registers, and a counter goes on counting.
     stamps
@@ -60,6 +60,7 @@ class ColumnGuess:
     nanoseconds: str = ""
     plus: Mapping[str, str] = field(default_factory=dict)
     minus: str = ""
+    add: float = 0.0
     wraps_at: float | None = None
     summed: bool = False
     held: bool = False

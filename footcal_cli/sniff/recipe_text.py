@@ -293,7 +293,7 @@ _WRITTEN: Mapping[str, Callable[[Any], str]] = {
     "followed_by": _quoted, "value": _number_or_text, "file_name": _literal, "unit": _quoted,
     "factor": str,
     "format": _quoted, "wraps_at": "{:.0f}".format, "summed": lambda _: "true", "plus": _table,
-    "minus": _quoted,
+    "minus": _quoted, "add": "{:.15g}".format,
     "high_word": _quoted, "over": _quoted, "nanoseconds": _quoted,
     "names": lambda names: _table(names, _quoted), "only_where": _table, "missing": _list,
     "held": lambda _: "true", "pattern": _literal,

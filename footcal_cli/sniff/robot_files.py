@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
 
 from footcal_cli.sniff.bench_cells import cells_of, column_of, in_a_row, in_one_unit, named_as
 from footcal_cli.sniff.cells import NAMEPLATE, WEIGHTS, cells_in_time
@@ -17,10 +21,16 @@ from footcal_cli.sniff.lifted import carries_nothing
 from footcal_cli.sniff.motion import body_entries, upright, walks
 from footcal_cli.sniff.placed_feet import feet_of, of_several_feet, on_feet
 from footcal_cli.sniff.plan import Entry, LogPlan
+from footcal_cli.sniff.protocol import seconds_by
 from footcal_cli.sniff.six_axis_feet import MOTION, as_mounted
 from footcal_cli.sniff.still_feet import on_still_feet
 from footcal_cli.sniff.units import VOLTAGES
 from footcal_cli.sniff.which_cell import named_alike
+from footcal_cli.tables.units import TIMES
+
+_DATE = re.compile(
+    r"\b\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?(?:Z|[+-]\d\d:?\d\d)?(?!\d)"
+)
 
 
 def with_body(
@@ -43,6 +53,7 @@ def with_body(
         named = [e.column for n, e in plan.entries.items() if n.endswith("_counts")]
         plan = cells_in_time(plan.file, [c for c in named if c is not None], legs=True)
     command = "online-replay" if walks(entries) else "static-init"
+    plan = _on_the_clock_of(plan, body)
     other = LogPlan(
         body, "the robot's own stream: CoM and feet", "its centre of mass", "likely",
         command, "body", entries, robot=upright(body, entries),
@@ -54,6 +65,33 @@ def with_body(
         Part(sensors, (plan.file.path,), escaped(plan.file.path.name), beside),
         Part(other, (body.path,), escaped(body.path.name), _joined(body)),
     ]
+
+
+def _on_the_clock_of(plan: LogPlan, body: FileGuess) -> LogPlan:
+    """Sensors whose stamps count from a date that the notes say, next to a body with dates."""
+    entry, clock = plan.entries.get("time_s"), body.of("time")
+    if entry is None or entry.column is None or not clock or clock[0].stamps is None:
+        return plan
+    dates = seconds_by(body, clock[0])
+    unit = TIMES.get(entry.unit or "s", 1.0)
+    at = entry.column.values
+    if at is None or not np.isfinite(dates).any() or np.nanmax(at) * unit > np.nanmin(dates):
+        return plan
+    for line in plan.file.text.above:
+        for said in _DATE.finditer(line):
+            when = datetime.fromisoformat(said[0].replace("Z", "+00:00").replace(" ", "T"))
+            start = when.replace(tzinfo=when.tzinfo or UTC).timestamp()
+            ours = np.array([np.nanmin(at), np.nanmax(at)]) * unit + start
+            if ours[0] <= np.nanmax(dates) and ours[1] >= np.nanmin(dates):
+                moved = replace(entry.column, add=start / unit)
+                why = f"{entry.why}; it counts from {said[0]}, as the notes say"
+                made = replace(entry, column=moved, why=why, sure="likely")
+                return replace(plan, entries={**plan.entries, "time_s": made})
+    said_so = (
+        f"the stamps of {plan.file.path.name} and {body.path.name} share no moment: write in "
+        "[columns] what is to be added to time_s (add = …, in its unit)"
+    )
+    return replace(plan, warnings=(*plan.warnings, said_so))
 
 
 def _joined(body: FileGuess) -> tuple[Beside, ...]:

@@ -264,7 +264,7 @@ def _asked_delays(rows: Rows, at: int) -> FloatArray:
     asked = np.zeros(rows.totals)
     for k in range(rows.totals):
         h, error = rows.h[rows.valid[:, k], k, at], rows.error[rows.valid[:, k], k]
-        h = h - h.mean()
+        h = h - h.mean() if h.size else h
         if h @ h > 0:
             asked[k] = -(h @ (error - error.mean())) / (h @ h) * rows.prior_sd[at]
     return asked

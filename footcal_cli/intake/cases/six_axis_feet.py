@@ -20,6 +20,7 @@ from footcal_cli.core.online.six_axis import PRIOR_SD
 from footcal_cli.core.online.streams import MergeRule
 from footcal_cli.core.parameters import BoolArray, Parameter, ParameterSet
 from footcal_cli.core.spatial import whole_rows
+from footcal_cli.errors import DataError
 from footcal_cli.intake.cases.shared import (
     FINDING,
     CaseRead,
@@ -106,6 +107,12 @@ def _log_of(recording: Recording, experiment: Experiment, judged: BoolArray) -> 
     for name in experiment.known:
         if name != "contact":
             good &= whole_rows(log.known[name])
+    if not good.any():
+        raise DataError(
+            "at no time are all readings, the body's motion and its feet known",
+            remedy="run check on both logs: every column must hold numbers, and their stamps must "
+            "be of the same clock and in s",
+        )
     return cut_balanced(log.at(np.asarray(good)))
 
 
