@@ -22,6 +22,7 @@ from footcal_cli.sniff.groups import readings, slug, wrenches
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, as_one, seconds_of
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
+from footcal_cli.sniff.own_offsets import legs_by_offsets
 from footcal_cli.sniff.plan import NOT_SAID, UNIT_ASKED, Entry, LogPlan, reading_entry, times
 from footcal_cli.sniff.runs_of_cells import cells_and_runs, series_of_cells
 from footcal_cli.sniff.six_axis import forces_of, share_a_weight
@@ -358,7 +359,7 @@ def _per_leg(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> LogPlan
     if named and all(re.fullmatch(r"[A-Za-z]{1,2}_?\d", word) for word in legs):
         legs = {word: word for word in legs}  # L1 L2 L3 are three legs
     if not named or len(set(legs.values())) < len(legs):
-        legs = names.legs
+        legs = names.legs or legs_by_offsets(group, names.middle)
     if not legs or "leg" not in plan.entries:
         return plan
     if plan.role == "hang" and not group[0].of("orientation"):
@@ -369,8 +370,7 @@ def _per_leg(group: Sequence[FileGuess], plan: LogPlan, names: Names) -> LogPlan
         )  # fmt: skip
         whole = plan_of(as_one(group, (ours,)))
         if whole is not None and whole.role == "hang":
-            clock = {n: plan.entries[n] for n in ("time_s",) if n in plan.entries}
-            entries = {**whole.entries, **clock}
+            entries = {**whole.entries, **{n: e for n, e in plan.entries.items() if n == "time_s"}}
             plan = replace(whole, file=group[0], entries=entries, rate_hz=plan.rate_hz)
     leg = Entry(file_name=names.expression, why="the files' names", names=legs)
     return replace(plan, entries={**plan.entries, "leg": leg})
