@@ -190,6 +190,7 @@ def _investigated(
 
     from footcal_cli.core.bench_rows import UNEVEN
     from footcal_cli.core.diagnosis.answer import Verdict
+    from footcal_cli.core.diagnosis.imperfections import masses_found
     from footcal_cli.core.diagnosis.inquiry import Inquiry
     from footcal_cli.core.diagnosis.investigation import investigate
     from footcal_cli.core.diagnosis.known_gain import with_known_gain
@@ -213,6 +214,7 @@ def _investigated(
             read.case, read.testable(table), describe, rules, session.request.seed,
             stopped=bool(stopping(read.findings)), advance=advance,
         )  # fmt: skip
+        read.findings.extend(masses_found(found.problem))
         if found.odd is not None:
             read.findings.append(found.odd.finding)
         if found.verdict is Verdict.NONE and any(f.code == UNEVEN for f in read.findings):

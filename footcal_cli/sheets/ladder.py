@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,7 +32,7 @@ NOTABLE_P = 0.01
 
 def size_words(fit: ChannelFit) -> list[str]:
     """Each term's size with sd, hysteresis in % of full scale too."""
-    words = []
+    words, called = [], Counter(term.size for term in fit.terms)
     full_scale = max(abs(fit.load_range_n[0]), abs(fit.load_range_n[1]))
     for term in fit.terms:
         name = f"{fit.channel}{term.owner}.{term.size}"
@@ -39,7 +40,9 @@ def size_words(fit: ChannelFit) -> list[str]:
         text = f"{term.size.replace('_', ' ')} {with_sd(value, sd)} {term.unit}".rstrip(" -")
         if term.size == "hysteresis_width":
             text += f" ({100 * value / full_scale:.2f} % of full scale)"
-        for shape, unit in zip(term.shapes, term.shape_units, strict=True):
+        for shape, unit, grid in zip(term.shapes, term.shape_units, term.grids, strict=True):
+            if called[term.size] > 1 and not term.free:  # which of them
+                text += f" at {shape.replace('_', ' ')} {number(grid[0], 3)} {unit}"
             if term.free:
                 full = f"{fit.channel}{term.owner}.{shape}"
                 low, high = fit.ci95[fit.estimates.names.index(full)]

@@ -7,7 +7,7 @@ and all of it repeats with the gait, so that a test for anything that repeats fi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from footcal_cli.core import chances
 from footcal_cli.core.effects import TABLE
 from footcal_cli.core.effects.contract import Effect, Scope, units_of
+from footcal_cli.core.effects.foot import PLATE_INERTIA
 from footcal_cli.core.inference.case import Case, channels_of
 from footcal_cli.core.inference.grams import whitened_grams
 from footcal_cli.core.inference.places import places
@@ -22,10 +23,13 @@ from footcal_cli.core.inference.problem import Excluded, Problem, Signature
 from footcal_cli.core.inference.scores import coefficients, held_out_gains
 from footcal_cli.core.inference.signatures import LibraryColumns, derivative
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.core.quality import Finding
 
 LIMIT = 4.0
 """So many usual sizes are the most that an imperfection may have."""
 _NOTHING = 1e-6
+_LEAST_KG, _APART = 0.1, 0.25
+"""Mass below the cells that is worth a remark; share by which those of two feet differ."""
 _SURE = 2.0
 
 
@@ -165,6 +169,34 @@ def sizes_of_imperfections(beside: Problem) -> tuple[FloatArray, FloatArray]:
     without = np.array([fitted(total - own) for own in products])
     share = (len(without) - 1) / max(len(without), 1)
     return fitted(total), np.sqrt(share * np.sum((without - without.mean(axis=0)) ** 2, axis=0))
+
+
+def moving_masses(problem: Problem) -> dict[str, tuple[float, float]]:
+    """Foot -> mass below its cells in kg as its inertia shows, and its sd, where that is sure."""
+    if not any(s.effect == PLATE_INERTIA.name for s in problem.usual_of):
+        return {}
+    size, sd = sizes_of_imperfections(problem.without_candidates)
+    return {
+        s.where: (float(size[k] * s.upper), float(sd[k] * s.upper))
+        for k, s in enumerate(problem.usual_of)
+        if s.effect == PLATE_INERTIA.name and size[k] > LIMIT * sd[k]
+    }  # fmt: skip
+
+
+def masses_found(problem: Problem) -> Iterator[Finding]:
+    """Masses that move with the feet below their cells, which are fitted beside every cause."""
+    found = moving_masses(problem)
+    if not found or max(found.values())[0] < _LEAST_KG:
+        return
+    each = ", ".join(f"{foot} {mass:.2f} ± {sd:.2f} kg" for foot, (mass, sd) in found.items())
+    (low, low_sd), (high, high_sd) = min(found.values()), max(found.values())
+    apart = len(found) > 1 and high - low > max(_APART * high, LIMIT * np.hypot(low_sd, high_sd))
+    yield Finding(
+        "mass_below_cells", "warning" if apart else "note", "robot",
+        f"below the cells a mass moves with each foot: {each}"
+        + ("; the feet differ" if apart else "") + ". Its inertia is fitted beside every cause",
+        "compare it with what hangs below the cells by weight: soles, plates, halves of cells",
+    )  # fmt: skip
 
 
 def _columns(ideal: Case, rows: Problem) -> tuple[FloatArray, list[Signature]]:
