@@ -83,7 +83,7 @@ def apart(names: Sequence[str]) -> list[str]:
     return [name[len(head) : len(name) - len(tail)] for name in names]
 
 
-def told_apart_by(words: Sequence[str]) -> list[str]:
+def differing_parts(words: Sequence[str]) -> list[str]:
     """The letters in which words differ, between those that all begin and end with."""
     head = len(common_start(words))
     tail = len(common_start([word[head:][::-1] for word in words]))

@@ -84,7 +84,7 @@ def heading_beside(
         return None
     if moves is not None and not _turn_with(beside, moves):
         return None
-    return Axes(place.before, "", {"yaw": beside[0]}, "the one angle beside its place")
+    return Axes(place.before, "", {"yaw": beside[0]}, "the one angle next to its place")
 
 
 def with_tilts(frame: Axes, moves: BoolArray, columns: Sequence[ColumnGuess]) -> Axes:

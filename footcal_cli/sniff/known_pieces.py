@@ -151,7 +151,7 @@ def _as_counted(column: ColumnGuess) -> ColumnGuess:
     """Round numbers without a unit beside such labels are numbers of steps."""
     if column.quantity != "load" or column.values is None:
         return column
-    return column.as_quantity("other", "likely", "round numbers, and weights beside them")
+    return column.as_quantity("other", "likely", "round numbers, and weights next to them")
 
 
 def _as_reading(column: ColumnGuess) -> ColumnGuess:

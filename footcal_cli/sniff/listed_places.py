@@ -65,7 +65,7 @@ _CORNER = re.compile(
 _CORNERS = 2
 _OF_WEIGHTS = re.compile(r"(?<![\w/])(kg|g|N|lb)(?![\w/])")
 _PIECE = re.compile(
-    r"(?<![\w.,])(?P<name>[^\W\d_]{1,2}\d{0,2}|\d{1,3}[a-z])\s*[:=]?\s+(?P<mass>\d+[.,]\d+)(?![\w.,]*\d)"
+    r"(?<![\w.,])(?P<name>[^\W\d_]{1,2}\d{0,2}|\d{1,3}[a-z])\s*[:=]?\s+(?P<weight>\d+[.,]\d+)(?![\w.,]*\d)"
 )
 """A hole of a grid and where it is; a weight by its name and its mass."""
 _X_AND_Y = re.compile(r"(?i)\bx\b.*\by\b")
@@ -190,14 +190,14 @@ def pieces_in(path: Path, text: str) -> FileGuess | None:
         if len(own) < 2 or not near:
             continue
         units.add(known_unit(near[0]) or "")
-        found |= {f["name"]: _number(f["mass"]) for f in own}
+        found |= {f["name"]: _number(f["weight"]) for f in own}
     if len(found) < 2 or len(units) != 1:
         return None
     why, unit = f"listed in {path.name}", units.pop()
     columns = (
         ColumnGuess("name", NameGuess("other"), None, "likely", why, words=tuple(found),
                     codes=np.arange(len(found))),
-        ColumnGuess("mass", NameGuess("load"), unit, "likely", why,
+        ColumnGuess("weight", NameGuess("load"), unit, "likely", why,
                     values=np.array([*found.values()])),
     )  # fmt: skip
     return FileGuess(path, TextGuess(Layout()), columns, len(found))

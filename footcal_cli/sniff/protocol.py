@@ -145,11 +145,11 @@ def by_sheet_of_cells(group: Sequence[FileGuess], sheet: FileGuess) -> list[Part
     of the sheet: a word that all have tells nothing apart.
     """
     words = Names.of(called([file.path for file in group])).middle
-    plain, of_all = _told_apart(words)
+    plain, of_all = _what_differs(words)
     runs = any(name_guess(word).quantity in ("repeat", "session") for word in of_all)
     for raw in sheet.columns:
         label = _cell_numbers(raw)
-        named = dict(zip(_told_apart(label.words)[0], label.words, strict=True))
+        named = dict(zip(_what_differs(label.words)[0], label.words, strict=True))
         if label.codes is None or len({*plain}) < len(plain) or not {*plain} <= named.keys():
             continue
         parts = [
@@ -181,7 +181,7 @@ def by_own_sheets(group: Sequence[FileGuess], sheets: Sequence[FileGuess]) -> li
     parts = [part for part in made if part is not None and part.plan.role == "weights"]
     if len(parts) < len(group):
         return []
-    words = _told_apart(Names.of(called([file.path for file in group])).middle)[0]
+    words = _what_differs(Names.of(called([file.path for file in group])).middle)[0]
     letters = [re.sub(r"[\W\d_]", "", word) for word in words]
     runs = len({*letters}) > 1 and all(letters) and len({*words}) == len(words)
     turned = [x + re.sub(r"\D", "", w) if runs else w for x, w in zip(letters, words, strict=True)]
@@ -189,7 +189,7 @@ def by_own_sheets(group: Sequence[FileGuess], sheets: Sequence[FileGuess]) -> li
     return [_of_cell(p, word, why, runs) for p, word in zip(parts, turned, strict=True)]
 
 
-def _told_apart(words: Sequence[str]) -> tuple[list[str], set[str]]:
+def _what_differs(words: Sequence[str]) -> tuple[list[str], set[str]]:
     """What of each word tells it from the others, in small letters, and what all of them have."""
     parts = [re.findall(r"[^\W\d_]+|\d+", word.lower()) for word in words]
     of_all = {*parts[0]}.intersection(*parts[1:]) if len(parts) > 1 else set()

@@ -14,11 +14,11 @@ import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.sniff.body_columns import (
+    differing_parts,
     foot_names,
     length_unit,
     of_the_com,
     of_the_feet,
-    told_apart_by,
 )
 from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.foot_angles import angle_unit, heading_beside
@@ -30,6 +30,7 @@ from footcal_cli.sniff.units import LENGTHS
 from footcal_cli.sniff.vocabulary import WITH_A_LEG
 
 _SIDES = ({"left", "right"}, {"fl", "fr"})
+_CLEARLY = 0.5
 _ABOVE, _BESIDE = 0.5, 1.5
 """How far the CoM lies above the feet and beside their middle: widths of the stance."""
 
@@ -68,6 +69,9 @@ def _standing(file: FileGuess) -> FileGuess | None:
         for i, own in frames.items() if "yaw" in own.columns
     }  # fmt: skip
     said = [own for own in units.values() if own[1]]
+    if not said and units:
+        line = (places[1] - places[0])[:, :2]
+        said = [by for own in frames.values() if (by := _across(own.values(["yaw"])[:, 0], line))]
     units = {i: own if own[1] or not said else said[0] for i, own in units.items()}
     length = length_unit(above[0].values("z")[:, 0])
     if {*names} != {"left", "right"}:
@@ -83,12 +87,24 @@ def _standing(file: FileGuess) -> FileGuess | None:
     return replace(file, columns=tuple(made.get(c.column, c) for c in file.columns))
 
 
+def _across(yaw: FloatArray, line: FloatArray) -> tuple[str, str] | None:
+    """The unit in which a foot's yaw (n,) is across the line to the other one (n, 2), if any is.
+
+    Unless it is a straight one in either.
+    """
+    along = np.arctan2(line[:, 1], line[:, 0])
+    rad, deg = (float(np.nanmean(np.abs(np.cos(a - along)))) for a in (yaw, np.radians(yaw)))
+    if min(rad, deg) > _CLEARLY * max(rad, deg):
+        return None
+    return ("rad" if rad < deg else "deg", "its size: feet stand side by side")
+
+
 def _alike(vectors: Sequence[Axes], whole: Sequence[Axes]) -> list[Axes]:
     """The one pair of places called alike but for a part, with one other place above its middle."""
     found = []
     for pair in combinations(vectors, 2):
         stems = [v.before for v in pair]
-        different = told_apart_by(stems)
+        different = differing_parts(stems)
         if pair[0].after != pair[1].after or not all(different):
             continue
         if len(different[0]) == len(stems[0]) or pair[0].columns.keys() != pair[1].columns.keys():

@@ -16,7 +16,7 @@ import numpy as np
 
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.sniff.bodies import GRID_S, BodyLog, body_of
-from footcal_cli.sniff.body_columns import told_apart_by
+from footcal_cli.sniff.body_columns import differing_parts
 from footcal_cli.sniff.feet_weighed import in_kilograms
 from footcal_cli.sniff.file_loads import by_letters
 from footcal_cli.sniff.frame_clocks import at_said_rate, with_frame_clocks
@@ -177,8 +177,8 @@ def _by_stems(stems: Mapping[str, str], cells: Sequence[ColumnGuess]) -> list[st
     heads, ends = _heads(cells)
     if len(ends) != len(stems):
         return []
-    by_part = dict(zip(told_apart_by(list(stems.values())), stems, strict=True))
-    own = dict(zip(ends, told_apart_by(ends), strict=True))
+    by_part = dict(zip(differing_parts(list(stems.values())), stems, strict=True))
+    own = dict(zip(ends, differing_parts(ends), strict=True))
     called = {head: by_part[part] for head, part in own.items() if part in by_part}
     return [called[head] for head in heads] if len(called) == len(ends) else []
 

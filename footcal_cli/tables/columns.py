@@ -207,8 +207,7 @@ def placements_table(cells: Sequence[str]) -> TableType:
         (
             Column("foot", "which foot", kind="text"),
             Column("placement", "name of the placement", kind="text"),
-            Column("hole_x_m", "x of the hole in the foot frame"),
-            Column("hole_y_m", "y of the hole in the foot frame"),
+            *(Column(f"hole_{axis}_m", f"{axis} of the hole in the foot frame") for axis in "xy"),
             Column("load_n", "the known load"),
             *(Column(f"{cell}_counts", f"raw reading of cell {cell}") for cell in cells),
             Column("repeat", "number of the repetition", optional=True),

@@ -16,6 +16,8 @@ from footcal_cli.core.diagnosis.imperfections import (
     LIMIT,
     _as_vectors,
     _large_elsewhere,
+    masses_found,
+    moving_masses,
     sizes_of_imperfections,
 )
 from footcal_cli.core.diagnosis.investigation import investigate
@@ -245,3 +247,35 @@ def test_an_offset_along_the_diagonal_is_as_far_as_one_along_an_axis(
     draws = np.random.default_rng(1).standard_normal((200_000, 2))
     rare = np.mean(np.linalg.norm(draws, axis=1) > far / beyond.max() - 0.4 / beyond.max())
     assert rare == pytest.approx(2.0 * norm.sf(LIMIT), abs=1e-4)
+
+
+@pytest.mark.parametrize(("right_kg", "severity"), [(1.4, "warning"), (0.62, "note"), (None, "")])
+def test_masses_below_the_cells_are_said_and_feet_that_differ_are_warned_of(
+    right_kg: float | None, severity: str
+) -> None:
+    case = walk_case(5, duration_s=30.0)
+    feet = ("left", "right")
+    plates = {"left": 0.6, "right": right_kg} if right_kg else {}
+    logs = []
+    for log in case.logs:
+        rng = np.random.default_rng(6)
+        readings = log.readings.copy()
+        acc = np.zeros((len(log), 2, 3))
+        for i, foot in enumerate(feet):
+            air = log.known["contact"][:, i] == 0.0
+            acc[air, i, 2] = 6.0 * np.sin(0.37 * np.arange(int(air.sum()))) + 0.1 * (
+                rng.standard_normal(int(air.sum()))
+            )
+            own = [k for k, c in enumerate(log.channels) if c.startswith(foot)]
+            mass = plates.get(foot, 0.0) or 0.0
+            scale = np.array([case.values[f"{log.channels[k]}.scale"] for k in own])
+            readings[:, own] -= mass * acc[:, i, 2:] / len(own) / scale
+        logs.append(replace(log, readings=readings).with_known(foot_acc_mps2=acc))
+    case = replace(case, logs=tuple(logs))
+    problem = problem_from(case, rows_of(case), TABLE.values(), describe)
+    said = list(masses_found(problem))
+    assert [one.severity for one in said] == ([severity] if severity else [])
+    if severity:
+        found = moving_masses(problem)
+        assert found["right"][0] == pytest.approx(right_kg, abs=0.1)
+        assert ("the feet differ" in said[0].sentence) == (severity == "warning")

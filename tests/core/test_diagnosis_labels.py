@@ -120,3 +120,8 @@ def test_a_gain_that_no_calibration_may_have_moved_by_is_far_above_the_floor() -
 
     assert times(1.0) < 2.0
     assert times(1.5) > MOST
+
+
+def test_several_holes_that_lack_weight_are_a_curve_and_no_labels() -> None:
+    """Cells near a corner that read too little do so at every hole there."""
+    assert misloaded(_case(lighter_n={3: 0.8, 13: 0.9, 25: 0.8, 29: 0.8})) == ()
