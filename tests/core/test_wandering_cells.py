@@ -50,7 +50,7 @@ def test_few_sessions_of_many_cells_know_one_law(gain_sd: float) -> None:
     for seed in range(20):
         problem = bench(seed, gain_sd)
         grams, _ = whitened_grams(problem, problem.columns)
-        variance = wandering_variance(grams.rows, grams.calibration, grams.wandering)
+        variance = wandering_variance(grams.rows, grams.calibration, grams.wandering, bench=True)
         z = wandering_columns(problem, problem.law.whitener)
         load = np.linspace(-100.0, 100.0, ROWS)
         # what a gain of one does to the two directions of a cell, by least squares

@@ -194,7 +194,7 @@ def masses_found(problem: Problem) -> Iterator[Finding]:
     yield Finding(
         "mass_below_cells", "warning" if apart else "note", "robot",
         f"below the cells a mass moves with each foot: {each}"
-        + ("; the feet differ" if apart else "") + ". Its inertia is fitted beside every cause",
+        + ("; the feet differ" if apart else "") + ". Its inertia is fitted with every cause",
         "compare it with what hangs below the cells by weight: soles, plates, halves of cells",
     )  # fmt: skip
 

@@ -172,7 +172,10 @@ def whitened_grams(
         base = np.concatenate([numbers[0], numbers[1]])
         within = partial_out(rows, numbers[2], np.full(numbers[2].size, _FREE))
         suspects = numbers[3] if problem.pieces else numbers[3][:0]
-        inner = partial_out(rows, numbers[2], variance_beside(rows, base, numbers[2], suspects))
+        variance = variance_beside(
+            rows, base, numbers[2], suspects, bench=len(problem.outputs) == 1
+        )  # fmt: skip
+        inner = partial_out(rows, numbers[2], variance)
         if tied.size:
             inner, within = (
                 with_known(p, np.eye(tied.size) / problem.blocks, tied) for p in (inner, within)

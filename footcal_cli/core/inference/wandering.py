@@ -43,16 +43,17 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
         return nothing
     columns = np.hstack([problem.calibration, np.eye(len(problem.outputs))[problem.output]])
     white = whitener(columns)
-    products = block_products(white, problem.block[whitener.kept], problem.blocks)
+    gram = white.T @ white / max(problem.blocks, 1)
+    size = np.sqrt(np.maximum(np.diag(gram), _SMALLEST))
+    few = problem.residual.size <= _LEAST_ROWS * _rank(gram / np.outer(size, size)) * problem.blocks
+    if len(problem.outputs) > 1:
+        acting = size > np.sqrt(_DROP) * size.max(initial=_SMALLEST)
+        return nothing if few and not problem.pieces else columns[:, acting] / size[acting]
     every = np.arange(columns.shape[1])
-    own = products.part(every, every)
-    size = np.sqrt(np.maximum(products.squares(every).mean(axis=0), _SMALLEST))
-    shown = np.linalg.matrix_rank(own / np.outer(size, size), _DROP, hermitian=True).sum()
+    own = block_products(white, problem.block[whitener.kept], problem.blocks).part(every, every)
+    shown = _rank(own / np.outer(size, size)).sum()
     if problem.residual.size <= _LEAST_ROWS * shown and not problem.pieces:
         return nothing
-    if len(problem.outputs) > 1:
-        acting = size > np.sqrt(_DROP) * size.max(initial=0.0)
-        return np.asarray(columns[:, acting] / size[acting])
     shows, cell = _cells(np.diagonal(own, axis1=1, axis2=2)[:, :-1])
     everywhere = np.ones(problem.blocks, dtype=bool)
     parts = []
@@ -70,9 +71,17 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     return np.hstack(parts)
 
 
+def _rank(scaled: FloatArray) -> IntArray:
+    """How many directions symmetric matrices know, shape (…)."""
+    values = np.linalg.eigvalsh(scaled)
+    most = values.max(axis=-1, keepdims=True, initial=_SMALLEST)
+    return np.asarray((values > _DROP * most).sum(axis=-1))
+
+
 def variance_beside(
-    rows: Products, base: IntArray, wandering: IntArray, candidates: IntArray
-) -> FloatArray:
+    rows: Products, base: IntArray, wandering: IntArray, candidates: IntArray,
+    *, bench: bool = False,
+) -> FloatArray:  # fmt: skip
     """Variance between blocks of each wandering coefficient, beside candidates that stand out.
 
     Parameters
@@ -81,12 +90,14 @@ def variance_beside(
         Products before anything is taken out.
     base, wandering, candidates
         Columns that are fitted in common, those of Z, and those that may stand out.
+    bench
+        As in `wandering_variance`.
 
     Returns
     -------
     Shape (w,).
     """
-    variance = wandering_variance(rows, base, wandering)
+    variance = wandering_variance(rows, base, wandering, bench=bench)
     if not candidates.size or not wandering.size:
         return variance
     for _ in range(MOST_SUSPECTS):
@@ -95,13 +106,13 @@ def variance_beside(
         }
         tested = {}
         for suspect in suspects:
-            less = wandering_variance(rows, np.append(base, suspect), wandering)
+            less = wandering_variance(rows, np.append(base, suspect), wandering, bench=bench)
             tested[suspect] = _strongest(rows, base, wandering, less, np.array([suspect]))[1]
         best = outstanding(tested, candidates.size)
         if best is None:
             break
         base = np.append(base, best)
-        variance = wandering_variance(rows, base, wandering)
+        variance = wandering_variance(rows, base, wandering, bench=bench)
     return variance
 
 
@@ -131,11 +142,13 @@ def _strongest(
     return int(candidates[best]), z
 
 
-def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArray) -> FloatArray:
+def wandering_variance(
+    rows: Products, calibration: IntArray, wandering: IntArray, *, bench: bool = False
+) -> FloatArray:
     """Variance between blocks of each wandering coefficient, by expectation maximisation.
 
-    `rows` as in `variance_beside`; beside a `calibration` alone, shape (w,). Cells of a bench have
-    few blocks each: their variances are drawn to what those of all cells have in common.
+    `rows` as in `variance_beside`; beside a `calibration` alone, shape (w,). Cells of a `bench`
+    have few blocks each: their variances are drawn to what those of all cells have in common.
 
     Source
     ------
@@ -150,7 +163,6 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
     seen = np.maximum(shown.sum(axis=0), 1)
     # of each cell the columns are in order of their information: first ones are alike, and so on
     rank = np.array([np.count_nonzero(cell[:i] == own) for i, own in enumerate(cell)])
-    most = np.bincount(rank, seen)
     total = rows.part(fitted, fitted).sum(axis=0)
     variance = np.ones(wandering.size)
     flat = zx.reshape(-1, fitted.size).T
@@ -162,9 +174,13 @@ def wandering_variance(rows: Products, calibration: IntArray, wandering: IntArra
         left = total - flat @ shrunk.reshape(-1, fitted.size)
         beside_theta[:-1] = -_solved(left[:-1, :-1], left[:-1, -1])
         mean = shrunk @ beside_theta
-        squared = np.sum(shown * (mean**2 + np.einsum("bii->bi", posterior)), axis=0)
-        common = (np.bincount(rank, squared) / most)[rank]
-        updated = np.minimum((squared + _ALIKE * common) / (seen + _ALIKE), _MOST)
+        squares = mean**2 + np.einsum("bii->bi", posterior)
+        updated = np.mean(squares, axis=0)
+        if bench:
+            total_of = np.sum(shown * squares, axis=0)
+            common = (np.bincount(rank, total_of) / np.bincount(rank, seen))[rank]
+            updated = (total_of + _ALIKE * common) / (seen + _ALIKE)
+        updated = np.minimum(updated, _MOST)
         change = np.abs(np.log(updated / variance)).max()
         variance = updated
         if change < _EM_STOP:
