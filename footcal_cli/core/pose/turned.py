@@ -16,13 +16,14 @@ from typing import TypeVar
 import numpy as np
 
 from footcal_cli.core.effects.calibration import AXES
-from footcal_cli.core.experiments.walk import balance, feet_of
+from footcal_cli.core.experiments.walk import feet_of
 from footcal_cli.core.hang.joint import HangFit, HangOptions, fit_hang
 from footcal_cli.core.hang.runs import HangRun, hang_runs
 from footcal_cli.core.hang.signs import misfit_by_signs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, summarise
+from footcal_cli.core.pose.feet_balance import balance_of_feet
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import misfits_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
@@ -185,10 +186,6 @@ CLEARLY = 0.5
 """And at most this share of the next best turn; closer ones are named together."""
 POOR = 5.0
 """Residual over the scatter from sample to sample beyond which more than noise is left."""
-LEVER_M = 0.1
-"""Moments count as forces at this lever."""
-_MOST_ROWS = 400
-_FEWEST_ROWS = 20
 _FEWEST_SIDES = 3
 _MISFIT = 0.1
 """Share of the squared forces and torques that tilts and a moving CoM may make up."""
@@ -361,36 +358,14 @@ def check_turned_feet(log: Log) -> list[Finding]:
     log
         Standing or walking on six-axis feet.
     """
-    good = np.isfinite(log.readings).all(axis=1) & np.isfinite(log.known["com_m"]).all(axis=1)
-    good &= np.isfinite(log.known["com_acc_mps2"]).all(axis=1)
-    good &= np.isfinite(log.known["foot_rot_wt"]).all(axis=(1, 2, 3))
-    rows = np.flatnonzero(good)
-    if rows.size < _FEWEST_ROWS:
+    feet = balance_of_feet(log)
+    if feet is None:
         return []
-    log = log.at(rows[:: max(rows.size // _MOST_ROWS, 1)])
-    to_newtons = np.array([1.0, 1.0, 1.0, 1.0 / LEVER_M, 1.0 / LEVER_M])
-
-    def errors(readings: FloatArray) -> FloatArray:
-        found = balance(log.with_readings(readings))
-        use = found.valid[:, :5].all(axis=1)
-        return np.asarray((found.error[:, :5] * to_newtons)[use].ravel())
-
-    start = errors(log.readings)
-    if start.size < 5 * _FEWEST_ROWS:
-        return []
-    unit = np.eye(log.readings.shape[1])
-    offsets = np.stack([errors(log.readings + one) - start for one in unit], axis=1)
-    basis = np.linalg.svd(offsets, full_matrices=False)
-    seen = basis[0][:, basis[1] > 1e-6 * basis[1][0]]
-
-    def left(error: FloatArray) -> float:
-        rest = error - seen @ (seen.T @ error)
-        return float(rest @ rest)
 
     def misfit(foot: int, turn: FloatArray) -> float:
-        readings = log.readings.copy()
+        readings = feet.log.readings.copy()
         for first in (6 * foot, 6 * foot + 3):
             readings[:, first : first + 3] = readings[:, first : first + 3] @ turn
-        return left(errors(readings))
+        return float(feet.misfit(readings).sum())
 
-    return _best_turn(feet_of(log), misfit, left(start))
+    return _best_turn(feet_of(log), misfit, float(feet.misfit(feet.log.readings).sum()))
