@@ -25,14 +25,15 @@ def wiring_of(merged: Merged, belief: Belief | None, experiment: str) -> list[Fi
     """Exchanged cells; of a walk, copied or frozen ones and moving zeros; turned transducers."""
     log = merged.log
     if belief is None:
-        from footcal_cli.core.pose.feet_balance import check_axes_of_feet
+        from footcal_cli.core.pose.feet_balance import balance_of_feet, check_axes_of_feet
         from footcal_cli.core.pose.turned import check_turned_feet
 
         walks = experiment == "walk"
         feet = _feet_exchanged(log, log.readings) if walks else []
         moved = _zeros(merged, log.readings) if walks else []
-        turned = check_turned_feet(log) or check_axes_of_feet(log)
-        return feet or [*_carried(merged), *turned, *moved]
+        rows = balance_of_feet(log)
+        turned = rows and (check_turned_feet(rows) or check_axes_of_feet(rows))
+        return feet or [*_carried(merged), *(turned or ()), *moved]
     if experiment != "walk":
         return _exchanged(log, belief)
     forces = belief.forces(merged.raw)

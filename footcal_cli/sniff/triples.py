@@ -74,12 +74,7 @@ class Axes:
 
 def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
     """Columns by what their names share around a letter x, y, z or w: ``lf_px``, ``com.x``."""
-    found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
-    for column in columns:
-        for letter in _LETTER.finditer(column.column):
-            key = column.column[: letter.start()], column.column[letter.end() :]
-            found.setdefault(key, {}).setdefault(letter[0].lower(), column)
-    found |= _in_brackets(columns)
+    found = _around_letters(columns) | _in_brackets(columns)
     whole = [Axes(*key, own) for key, own in found.items() if {"x", "y", "z"} <= own.keys()]
     used = set[str]()
     kept = []
@@ -93,12 +88,20 @@ def axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
 
 def flat_axes_of(columns: Sequence[ColumnGuess]) -> list[Axes]:
     """Columns by what their names share around a letter x or y, where none has a z."""
+    found = _around_letters(columns).items()
+    return [Axes(*key, own) for key, own in found if own.keys() == {"x", "y"}]
+
+
+def _around_letters(
+    columns: Sequence[ColumnGuess],
+) -> dict[tuple[str, str], dict[str, ColumnGuess]]:
+    """What stands before and after a letter of an axis -> the column of each letter."""
     found: dict[tuple[str, str], dict[str, ColumnGuess]] = {}
     for column in columns:
         for letter in _LETTER.finditer(column.column):
             key = column.column[: letter.start()], column.column[letter.end() :]
             found.setdefault(key, {}).setdefault(letter[0].lower(), column)
-    return [Axes(*key, own) for key, own in found.items() if own.keys() == {"x", "y"}]
+    return found
 
 
 def _in_brackets(columns: Sequence[ColumnGuess]) -> dict[tuple[str, str], dict[str, ColumnGuess]]:

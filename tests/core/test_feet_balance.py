@@ -10,7 +10,8 @@ import pytest
 from footcal_cli.core.chain import Chain
 from footcal_cli.core.effects.calibration import AXES
 from footcal_cli.core.log import Log
-from footcal_cli.core.pose.feet_balance import check_axes_of_feet
+from footcal_cli.core.pose.feet_balance import balance_of_feet, check_axes_of_feet
+from footcal_cli.core.quality import Finding
 from footcal_cli.core.simulation.biped_logs import MotionAt, StandPlan, standing_motion
 from footcal_cli.core.simulation.gait import WalkPlan, walking
 from tests.core.ankle_simulation import Ankles, humanoid, six_axis_feet_log
@@ -46,10 +47,16 @@ def recorded(kind: str, seed: int) -> Log:
     return replace(log, readings=np.hstack(mixed))
 
 
+def found_in(log: Log) -> list[Finding]:
+    feet = balance_of_feet(log)
+    assert feet is not None
+    return check_axes_of_feet(feet)
+
+
 @pytest.mark.parametrize("kind", ["stand", "walk"])
 @pytest.mark.parametrize("seed", range(4))
 def test_clean_transducers_raise_no_alarm(kind: str, seed: int) -> None:
-    assert check_axes_of_feet(recorded(kind, seed)) == []
+    assert found_in(recorded(kind, seed)) == []
 
 
 @pytest.mark.parametrize("kind", ["stand", "walk"])
@@ -68,7 +75,7 @@ def test_a_mirrored_or_exchanged_axis_is_in_what_is_named(kind: str, seed: int) 
         at = [6 * foot + a for a in pair]
         readings[:, at] = readings[:, at[::-1]]
         named, code = f"{AXES[pair[0]]} and {AXES[pair[1]]} of {FEET[foot]}", "axes_exchanged"
-    (found,) = check_axes_of_feet(replace(log, readings=readings))
+    (found,) = found_in(replace(log, readings=readings))
     assert found.severity == "alarm"
     assert found.code == code
     assert named in found.sentence

@@ -78,20 +78,11 @@ def balance_of_feet(log: Log) -> FeetBalance | None:
     return FeetBalance(log, use, np.asarray(left[:, size > 1e-6 * size[0]]))
 
 
-def check_axes_of_feet(log: Log) -> list[Finding]:
-    """Find one axis of a foot's transducer that reads with the sign turned, or two exchanged ones.
-
-    Parameters
-    ----------
-    log
-        Standing or walking on six-axis feet.
-    """
-    feet = balance_of_feet(log)
-    if feet is None:
-        return []
+def check_axes_of_feet(feet: FeetBalance) -> list[Finding]:
+    """Find an axis of a foot that reads with the sign turned, or two that are exchanged."""
     given = feet.misfit(feet.log.readings)
     tried = []
-    for k, foot in enumerate(feet_of(log)):
+    for k, foot in enumerate(feet_of(feet.log)):
         for own in (*((a,) for a in range(6)), *combinations(range(3), 2),
                     *combinations(range(3, 6), 2)):  # fmt: skip
             readings, at = feet.log.readings.copy(), [6 * k + a for a in own]

@@ -23,7 +23,7 @@ from footcal_cli.core.hang.signs import misfit_by_signs
 from footcal_cli.core.log import Log
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.pose.data import PoseData, summarise
-from footcal_cli.core.pose.feet_balance import balance_of_feet
+from footcal_cli.core.pose.feet_balance import FeetBalance
 from footcal_cli.core.pose.hanging import LegKnowledge
 from footcal_cli.core.pose.joint import misfits_of_poses
 from footcal_cli.core.pose.problem import PoseOptions
@@ -350,17 +350,8 @@ def hanging_axes(
     return found
 
 
-def check_turned_feet(log: Log) -> list[Finding]:
-    """Find a foot's transducer whose wrenches do not balance the motion, offsets left free.
-
-    Parameters
-    ----------
-    log
-        Standing or walking on six-axis feet.
-    """
-    feet = balance_of_feet(log)
-    if feet is None:
-        return []
+def check_turned_feet(feet: FeetBalance) -> list[Finding]:
+    """Find a foot's transducer whose wrenches do not balance the motion, offsets left free."""
 
     def misfit(foot: int, turn: FloatArray) -> float:
         readings = feet.log.readings.copy()
@@ -368,4 +359,4 @@ def check_turned_feet(log: Log) -> list[Finding]:
             readings[:, first : first + 3] = readings[:, first : first + 3] @ turn
         return float(feet.misfit(readings).sum())
 
-    return _best_turn(feet_of(log), misfit, float(feet.misfit(feet.log.readings).sum()))
+    return _best_turn(feet_of(feet.log), misfit, float(feet.misfit(feet.log.readings).sum()))
