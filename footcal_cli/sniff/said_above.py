@@ -131,7 +131,7 @@ def _by_size(plan: LogPlan) -> tuple[dict[float, str], Sure]:
     """The one mass that lines name which the forces agree with, or that is by far the largest."""
     found: dict[float, str] = {}
     for line in plan.file.text.above:
-        if _CAPACITY.search(line):
+        if _CAPACITY.search(line) or _OF_A_PART.search(_without_remark(line)):
             continue
         for said in IN_WORDS.finditer(line):
             unit = known_unit(said[2]) or said[2]
