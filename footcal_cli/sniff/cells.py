@@ -35,7 +35,9 @@ WEIGHTS = Blank(
         "# [robot.nameplate]",
         "# scale_n_per_count = 1.0    # of readings in newtons",
     ),
-    "placements need calibrated cells: their weights, --parameters, or the makers' scale",
+    "no log calibrates the cells: their scale is found from the weights on the plate, better with "
+    "weights on each cell, --parameters, or the makers' scale",
+    needed=False,
 )
 
 

@@ -54,6 +54,19 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     shown = _rank(own / np.outer(size, size)).sum()
     if problem.residual.size <= _LEAST_ROWS * shown and not problem.pieces:
         return nothing
+    return _of_each_cell(problem, columns, own)
+
+
+def _of_each_cell(problem: Problem, columns: FloatArray, own: FloatArray) -> FloatArray:
+    """Directions of each cell of a bench, the best known first, zero in others' blocks, (m, w).
+
+    Parameters
+    ----------
+    columns
+        Of the calibration, and the offset behind them.
+    own
+        Their inner products in each block, shape (B, c, c).
+    """
     shows, cell = _cells(np.diagonal(own, axis1=1, axis2=2)[:, :-1])
     everywhere = np.ones(problem.blocks, dtype=bool)
     parts = []
