@@ -66,10 +66,8 @@ def scale_in(
     text = "\n".join(above)  # a sentence may go on in the next line
     for said in (*_ONE_WAY.finditer(text), *_OTHER_WAY.finditer(text)):
         read, force = (_number(said[name]) for name in ("read", "force"))
-        volts = re.fullmatch(_VOLTS, said["in"])
-        per_volt = VOLTAGES.get(said["in"], 1e3) / 1e3 if volts and said["in"] != "mV/V" else 1.0
-        fits = unit in (None, "V") if volts and said["in"] != "mV/V" else said["in"] == (
-            unit if volts else said["in"]) and (volts or unit is None)  # fmt: skip
+        kind, per_unit = _kind(said["in"])
+        fits = kind in ((unit,) if unit else ("count", "V"))
         if not fits or (read is None and force is None) or 0.0 in (read, force):
             continue
         newton = said["unit"] if said["unit"] in (*LOADS, "kgf", "lbf") else "N"
@@ -77,11 +75,18 @@ def scale_in(
         off = _OFF_BY.match(text, said.end())
         sd = float(off[1].replace(",", ".")) / 100 if off else None
         words = " ".join(text[said.start() : (off or said).end()].split())
-        found.setdefault((force or 1.0) * one / ((read or 1.0) * per_volt), (sd, words))
+        found.setdefault((force or 1.0) * one / ((read or 1.0) * per_unit), (sd, words))
     if len(found) != 1:
         return None
     scale, (sd, words) = found.popitem()
     return scale, sd, words
+
+
+def _kind(word: str) -> tuple[str, float]:
+    """``count``, ``V`` or ``mV/V``, and how many of it one of the word's unit is."""
+    if not re.fullmatch(_VOLTS, word):
+        return "count", 1.0
+    return ("mV/V", 1.0) if word == "mV/V" else ("V", VOLTAGES.get(word, 1e3) / 1e3)
 
 
 def _number(text: str | None) -> float | None:
