@@ -21,7 +21,7 @@ import numpy as np
 from footcal_cli.core.parameters import BoolArray, FloatArray
 from footcal_cli.core.spatial import headings
 from footcal_cli.sniff.body_columns import foot_names, length_unit, of_the_com, of_the_feet
-from footcal_cli.sniff.foot_angles import angle_unit, angles_beside, heading_beside, with_tilts
+from footcal_cli.sniff.foot_angles import angle_unit, angles_beside, headings_beside, with_tilts
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, looked_at_joined, seconds_of
 from footcal_cli.sniff.names import COMMANDED, words_of
@@ -162,9 +162,7 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     if not frames:
         frames = dict(enumerate(angles_beside([f.axes for f in feet], swings, spare_columns)))
     if not frames:
-        alone = [heading_beside(f.axes, s, spare_columns)
-                 for f, s in zip(feet, swings, strict=True)]  # fmt: skip
-        frames = {i: axes for i, axes in enumerate(alone) if axes is not None and all(alone)}
+        frames = headings_beside([f.axes for f in feet], spare_columns, swings)
     frames = {i: with_tilts(axes, swings[i], spare_columns) for i, axes in frames.items()}
     used = {c.column for m in roles.values() for c in m.axes.columns.values()}
     used |= {c.column for axes in frames.values() for c in axes.columns.values()}

@@ -88,7 +88,7 @@ class Names:
         short = all(re.fullmatch(r"[A-Za-z]{1,2}|\d{1,2}", word) for word in self.middle)
         if self._word_before not in LEGS or not short:
             return {}
-        return {word: word.lower() if word.isalpha() else f"leg_{word}" for word in self.middle}
+        return as_legs(self.middle)
 
     @property
     def with_unit(self) -> tuple[tuple[str, ...], str]:
@@ -103,6 +103,11 @@ class Names:
     def expression(self) -> str:
         """Regular expression whose group is what stands between."""
         return f"^{re.escape(self.head)}(.+){re.escape(self.tail)}$"
+
+
+def as_legs(words: Sequence[str]) -> dict[str, str]:
+    """Word of a file's name -> its leg in a recipe."""
+    return {word: word.lower() if word[0].isalpha() else f"leg_{word}" for word in words}
 
 
 def loads_named(names: Names) -> Entry | None:

@@ -63,16 +63,26 @@ def angles_beside(
     return found if len(tails) == 1 else []
 
 
-def heading_beside(
-    place: Axes, moves: BoolArray | None, columns: Sequence[ColumnGuess]
-) -> Axes | None:
-    """The one column of angles under the name of a foot's place, whatever it is called: its yaw.
+def headings_beside(
+    places: Sequence[Axes], columns: Sequence[ColumnGuess], swings: Sequence[BoolArray] = ()
+) -> dict[int, Axes]:
+    """Foot -> the one column of angles under the name of its place, whatever it is called: its yaw.
+
+    Empty unless all feet have one.
 
     Parameters
     ----------
-    moves
-        Rows in which the foot moves, shape (n,): the angle changes faster then; None of a stand.
+    swings
+        Rows in which each foot moves, shape (n,): its angle changes faster then; none of a stand.
     """
+    moves: Sequence[BoolArray | None] = swings or [None] * len(places)
+    found = [_heading_beside(p, m, columns) for p, m in zip(places, moves, strict=True)]
+    return {i: axes for i, axes in enumerate(found) if axes is not None and all(found)}
+
+
+def _heading_beside(
+    place: Axes, moves: BoolArray | None, columns: Sequence[ColumnGuess]
+) -> Axes | None:
     known = {c.column for c in place.columns.values()}
     beside = [
         c for c in columns

@@ -156,22 +156,21 @@ def corners_in(path: Path, text: str) -> FileGuess | None:
         return None
     (first, one), (last, other) = said
     letters, numbers = _run(one["a"], other["a"]), _run(one["n"], other["n"])
-    ends = [[_number(f[axis]) for f in (one, other)] for axis in "xy"]
+    ends = {axis: [_number(f[axis]) for f in (one, other)] for axis in "xy"}
     steps = {float(n.replace(",", ".")) for n in re.findall(r"\d+(?:[.,]\d+)?", text)}
-    for along in ((letters, numbers), (numbers, letters)):
-        if min(map(len, along)) < 2:
-            return None
-        rows = [
-            np.linspace(own[0], own[1], len(names)) for own, names in zip(ends, along, strict=True)
-        ]
-        if any(any(abs(abs(row[1] - row[0]) - s) < 1e-6 for s in steps) for row in rows):
-            at = [dict(zip(names, row.tolist(), strict=True)) for names, row in
-                  zip(along, rows, strict=True)]  # fmt: skip
-            named = {
-                a + n: [at[0][a if a in at[0] else n], at[1][n if n in at[1] else a]]
-                for a in letters for n in numbers
-            }  # fmt: skip
-            return _sheet(path, tuple(named), list(named.values()), lines, first, last)
+    if min(len(letters), len(numbers)) < 2:
+        return None
+    for of_letters, of_numbers in ("xy", "yx"):
+        at = {
+            axis: np.linspace(ends[axis][0], ends[axis][1], len(names)).tolist()
+            for axis, names in ((of_letters, letters), (of_numbers, numbers))
+        }  # fmt: skip
+        if any(abs(abs(row[1] - row[0]) - step) < 1e-6 for row in at.values() for step in steps):
+            places = [
+                {of_letters: u, of_numbers: v} for u in at[of_letters] for v in at[of_numbers]
+            ]  # fmt: skip
+            named = tuple(a + n for a in letters for n in numbers)
+            return _sheet(path, named, [[p["x"], p["y"]] for p in places], lines, first, last)
     return None
 
 

@@ -113,8 +113,8 @@ def with_notes(files: Sequence[FileGuess], notes: Sequence[Path]) -> list[FileGu
     """Logs with what the notes say above each table, and the places that these list as a sheet."""
     lines: list[str] = []
     units: dict[str, str] = {}
-    for path in notes:
-        text = _text(path)
+    texts = {path: _text(path) for path in notes}
+    for text in texts.values():
         units |= units_in(text)
         said = (_PAIR.sub(r"\1: \2", line) for line in text.splitlines())
         prose = [_MARKED.sub("", x) for x in said if x.strip() and "|" not in x]
@@ -124,5 +124,5 @@ def with_notes(files: Sequence[FileGuess], notes: Sequence[Path]) -> list[FileGu
         replace(file, text=replace(file.text, above=(*file.text.above, *lines))) for file in files
     ]
     looks = (places_in, grid_in, corners_in, pieces_in)
-    sheets = (look(path, _text(path)) for path in notes for look in looks)
+    sheets = (look(path, text) for path, text in texts.items() for look in looks)
     return [*made, *(sheet for sheet in sheets if sheet is not None)]

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.file_loads import as_legs
 from footcal_cli.sniff.groups import wrenches
 from footcal_cli.sniff.guesses import FileGuess, numbers_of
 from footcal_cli.sniff.numbered import numbered
@@ -37,7 +38,7 @@ def legs_by_offsets(group: Sequence[FileGuess], words: Sequence[str]) -> dict[st
     alone = sum(_left(f) for f in known)
     if _left(np.concatenate(known)) < _APART * alone or not all(w.isalnum() for w in words):
         return {}
-    return {word: word.lower() if word[0].isalpha() else f"leg_{word}" for word in words}
+    return as_legs(words)
 
 
 def _forces(file: FileGuess) -> FloatArray | None:

@@ -175,7 +175,7 @@ def by_own_sheets(group: Sequence[FileGuess], sheets: Sequence[FileGuess]) -> li
         if len(named) != 1:
             return []
         own[file.path] = named[0]
-    if len(own) != len(sheets) or len({id(sheet) for sheet in own.values()}) != len(sheets):
+    if len({id(sheet) for sheet in own.values()}) != len(sheets):
         return []
     made = [by_protocol(file, own[file.path]) for file in group]
     parts = [part for part in made if part is not None and part.plan.role == "weights"]

@@ -24,10 +24,8 @@ _COUNTS = (
     r"tell\w*|dílků|dilku|jednotek|coups|points?|pas|pulsos|sayım|sayim|lukemaa?|hodnot|szám\w*|"
     r"μετρήσεις|đơn vị|カウント)"
 )
-_VOLTS, _FORCES = (
-    r"mV/V|mV|uV|V|[Vv]olts?",
-    (r"kN|mN|N|kgf?|g|lbf?|[Nn]ew?tons?|[Nn]iuton\w*|[Nn]jutn\w*|[Νν]ιούτον"),
-)
+_VOLTS = r"mV/V|mV|uV|V|[Vv]olts?"
+_FORCES = r"kN|mN|N|kgf?|g|lbf?|[Nn]ew?tons?|[Nn]iuton\w*|[Nn]jutn\w*|[Νν]ιούτον"
 _READ = rf"(?:{_COUNTS}|{_VOLTS})"
 _LINK = (
     r"\s*(?:[/=≙@]|\b(?:per|pro|je|par|por|pr|på|paa|na|za|a|à|at|bei|for|för|for|für|vid|bij|ved|"

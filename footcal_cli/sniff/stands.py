@@ -21,7 +21,7 @@ from footcal_cli.sniff.body_columns import (
     of_the_feet,
 )
 from footcal_cli.sniff.file_loads import by_letters
-from footcal_cli.sniff.foot_angles import angle_unit, heading_beside
+from footcal_cli.sniff.foot_angles import angle_unit, headings_beside
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, looked_at_joined
 from footcal_cli.sniff.motion import body_entries
 from footcal_cli.sniff.names import common_start, name_guess
@@ -61,9 +61,7 @@ def _standing(file: FileGuess) -> FileGuess | None:
     columns = [c for c in file.columns if c.values is not None]
     turned = [*quaternions(columns, axes_of(columns)), *angles(columns, file.text.above)]
     frames = frames_of(feet, turned)
-    if not frames:
-        alone = [heading_beside(foot, None, columns) for foot in feet]
-        frames = {i: axes for i, axes in enumerate(alone) if axes is not None and all(alone)}
+    frames = frames or headings_beside(feet, columns)
     units = {
         i: angle_unit(own, np.zeros(file.rows, complex), file.text.above)
         for i, own in frames.items() if "yaw" in own.columns

@@ -5,6 +5,7 @@ Room: tables; asked by sources.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,10 +33,7 @@ def with_nanoseconds(
 
 def divided(raw: RawColumn, by: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
     """A column by another one; empty where that is nought."""
-    for one, name in ((raw, place.column), (by, place.over)):
-        if one.kind != "number":
-            raise DataError("holds no numbers", file=path, column=name,
-                            remedy="correct `over` in [columns]")  # fmt: skip
+    _refuse_texts(((raw, place.column), (by, place.over)), "over", path)
     size = by.values.astype(np.float64)
     empty = raw.empty | by.empty | (size == 0.0)
     values = raw.values.astype(np.float64) / np.where(empty, np.nan, size)
@@ -47,10 +45,7 @@ def plus(
 ) -> RawColumn:
     """A column with another one, in a unit of its own, on top; an empty cell adds nothing."""
     column, unit = other
-    for one, name in ((raw, place.column), (more, column)):
-        if one.kind != "number":
-            raise DataError("holds no numbers", file=path, column=name,
-                            remedy="correct `plus` in [columns]")  # fmt: skip
+    _refuse_texts(((raw, place.column), (more, column)), "plus", path)
     change = conversion(unit, place.unit or unit, 1.0)
     added = np.where(more.empty, 0.0, change(more.values.astype(np.float64)))
     values = np.where(raw.empty, 0.0, raw.values.astype(np.float64)) + added
@@ -59,10 +54,15 @@ def plus(
 
 def minus(raw: RawColumn, less: RawColumn, place: ForeignColumn, path: Path) -> RawColumn:
     """A column less another one in the same unit; empty where either is."""
-    for one, name in ((raw, place.column), (less, place.minus)):
-        if one.kind != "number":
-            raise DataError("holds no numbers", file=path, column=name,
-                            remedy="correct `minus` in [columns]")  # fmt: skip
+    _refuse_texts(((raw, place.column), (less, place.minus)), "minus", path)
     empty = raw.empty | less.empty
     values = raw.values.astype(np.float64) - np.where(less.empty, 0.0, less.values.astype(float))
     return replace(raw, values=values, empty=empty)
+
+
+def _refuse_texts(columns: Iterable[tuple[RawColumn, str]], key: str, path: Path) -> None:
+    """Refuse a column that holds no numbers, by its name and the key that asks for them."""
+    for raw, name in columns:
+        if raw.kind != "number":
+            raise DataError("holds no numbers", file=path, column=name,
+                            remedy=f"correct `{key}` in [columns]")  # fmt: skip

@@ -85,15 +85,13 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
     if not lines:
         raise DataError("no rows", file=path, remedy="record the log again")
     names = _own_names(found, layout)
-    lines = (
-        with_whole_remarks(lines, layout.separator, len(names))
-        if layout.separator != BLANKS
-        else lines
-    )
-    widest, at = max((len(_fields(line, layout)), -i) for i, line in enumerate(lines))
+    widest, at = _widest(lines, layout)
     trailing = widest == len(names) + 1 and all(
         line.rstrip("\r\n").endswith(layout.separator) for line in lines
     )
+    if widest > len(names) and not trailing and layout.separator != BLANKS:
+        lines = with_whole_remarks(lines, layout.separator, len(names))
+        widest, at = _widest(lines, layout)
     if widest > len(names) and not trailing:
         raise DataError(
             f"{widest} fields under a header of {len(names)}", file=path,
@@ -120,6 +118,11 @@ def text_table(path: Path, layout: Layout, texts: Collection[str]) -> tuple[pd.D
         between = pd.DataFrame(found.carried, index=frame.index)
         frame = pd.concat([frame, _as_numbers(between, layout)], axis=1)
     return frame, np.array(numbers, dtype=np.int64)
+
+
+def _widest(lines: Sequence[str], layout: Layout) -> tuple[int, int]:
+    """Most fields of a line, and less the number of the first that has them."""
+    return max((len(_fields(line, layout)), -i) for i, line in enumerate(lines))
 
 
 def _with_plain_signs(content: bytes) -> bytes:
@@ -325,35 +328,42 @@ def frame_of(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame
     import pandas as pd
 
     _refuse_foreign_bytes(content, path)
-    first, *others = content.split(b"\n")
-    if any(line.count(b",") > first.count(b",") for line in others):
-        text = [line.decode("utf-8") for line in others]
-        whole = with_whole_remarks(text, ",", first.count(b",") + 1)
-        content = b"\n".join([first, *(line.encode() for line in whole)])
     try:
-        with warnings.catch_warnings():
-            # a row with more fields than the header (a decimal comma?) would lose its tail
-            warnings.simplefilter("error", pd.errors.ParserWarning)
-            frame = pd.read_csv(
-                # the whole text at once: a reader that Ctrl-C interrupts would say "truncated"
-                io.BytesIO(content),
-                dtype=dict.fromkeys(texts, str),
-                encoding="utf-8-sig",
-                skipinitialspace=True,
-                low_memory=False,
-                index_col=False,
-            )
-    except pd.errors.ParserWarning:
-        raise DataError(
-            "a row has more fields than the header (a decimal comma?)",
-            file=path,
-            remedy="write decimal points, or one field per column",
-            foreign=True,
-        ) from None
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
-        raise unreadable(path, error) from None
+        frame = _parsed(content, texts)
+    except (pd.errors.ParserWarning, pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error):
+        frame = _parsed_again(content, path, texts)
     _refuse_cut_line(content, path)
     return frame.rename(columns=_spoken)
+
+
+def _parsed(content: bytes, texts: Collection[str]) -> pd.DataFrame:
+    import pandas as pd
+
+    with warnings.catch_warnings():
+        # a row with more fields than the header (a decimal comma?) would lose its tail
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        return pd.read_csv(
+            # the whole text at once: a reader that Ctrl-C interrupts would say "truncated"
+            io.BytesIO(content), dtype=dict.fromkeys(texts, str), encoding="utf-8-sig",
+            skipinitialspace=True, low_memory=False, index_col=False,
+        )  # fmt: skip
+
+
+def _parsed_again(content: bytes, path: Path, texts: Collection[str]) -> pd.DataFrame:
+    """A text that cannot be read as it is, with the remarks at the ends of its lines quoted."""
+    import pandas as pd
+
+    first, *others = content.decode("utf-8").split("\n")
+    whole = with_whole_remarks(others, ",", first.count(",") + 1)
+    try:
+        return _parsed("\n".join([first, *whole]).encode(), texts)
+    except pd.errors.ParserWarning:
+        raise DataError(
+            "a row has more fields than the header (a decimal comma?)", file=path,
+            remedy="write decimal points, or one field per column", foreign=True,
+        ) from None  # fmt: skip
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, csv.Error) as error:
+        raise unreadable(path, error) from None
 
 
 def _spoken(name: str) -> str:

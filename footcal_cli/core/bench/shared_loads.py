@@ -40,8 +40,9 @@ def common_scale(
     biases = np.repeat(each, len(load_n), axis=0)
     # readings about their means: counts may be millions, of which some thousands are the load
     middle = counts.mean(axis=0)
-    size = float(np.std(whole - np.repeat(each @ middle, len(load_n)))) or 1.0
-    centred = (whole - np.repeat(each @ middle, len(load_n))) / size
+    about = whole - np.repeat(each @ middle, len(load_n))
+    size = float(np.std(about)) or 1.0
+    centred = about / size
     if scale is None:
         found = np.linalg.lstsq(np.column_stack([centred, biases]), put, rcond=None)[0]
         scale, rest = float(found[0] / size), found[1:]

@@ -45,16 +45,18 @@ def wandering_columns(problem: Problem, whitener: RowWhitener) -> FloatArray:
     white = whitener(columns)
     gram = white.T @ white / max(problem.blocks, 1)
     size = np.sqrt(np.maximum(np.diag(gram), _SMALLEST))
-    few = problem.residual.size <= _LEAST_ROWS * _rank(gram / np.outer(size, size)) * problem.blocks
-    if len(problem.outputs) > 1:
-        acting = size > np.sqrt(_DROP) * size.max(initial=_SMALLEST)
-        return nothing if few and not problem.pieces else columns[:, acting] / size[acting]
-    every = np.arange(columns.shape[1])
-    own = block_products(white, problem.block[whitener.kept], problem.blocks).part(every, every)
-    shown = _rank(own / np.outer(size, size)).sum()
+    bench, own = len(problem.outputs) == 1, gram
+    if bench:
+        every = np.arange(columns.shape[1])
+        own = block_products(white, problem.block[whitener.kept], problem.blocks).part(every, every)
+    ranks = _rank(own / np.outer(size, size))
+    shown = ranks.sum() if bench else ranks * problem.blocks
     if problem.residual.size <= _LEAST_ROWS * shown and not problem.pieces:
         return nothing
-    return _of_each_cell(problem, columns, own)
+    if bench:
+        return _of_each_cell(problem, columns, own)
+    acting = size > np.sqrt(_DROP) * size.max(initial=_SMALLEST)
+    return np.asarray(columns[:, acting] / size[acting])
 
 
 def _of_each_cell(problem: Problem, columns: FloatArray, own: FloatArray) -> FloatArray:

@@ -76,12 +76,8 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
         when = stamps[mine] if timed else None
         position = np.array([[c.x_m, c.y_m] for c in robot.feet[str(name)].cells.values()])
         channels = tuple(f"{name}_{cell}" for cell in cells)
-        one = _log_of(channels, position, hole[mine], load[mine], counts[mine], when)
-        if np.isfinite(warmth).all():
-            one = one.with_known(temperature_degc=_means(
-                _in_a_row(placed[mine]), warmth[mine]
-            ))  # fmt: skip
-        logs.append(one)
+        warm = warmth[mine] if np.isfinite(warmth).all() else None
+        logs.append(_log_of(channels, position, hole[mine], load[mine], counts[mine], when, warm))
     channels = tuple(dict.fromkeys(c for log in logs for c in log.channels))
     if session.parameters is not None:
         use_zeros(session, channels)
@@ -159,6 +155,7 @@ def _log_of(
     load_n: FloatArray,
     counts: FloatArray,
     stamps: FloatArray | None,
+    temperature_degc: FloatArray | None,
 ) -> Log:
     """The placements of one foot from its readings in their order.
 
@@ -169,7 +166,7 @@ def _log_of(
     number = int(placement.max()) + 1
 
     def mean(values: FloatArray) -> FloatArray:
-        return _means(placement, values)
+        return np.stack([values[placement == p].mean(axis=0) for p in range(number)])
 
     place = mean(hole_m)
     moved = np.any(np.diff(place.round(6), axis=0, prepend=place[:1].round(6)) != 0, axis=1)
@@ -180,15 +177,11 @@ def _log_of(
         "cell_pos_m": np.tile(position_m, (number, 1, 1)),
         "round": _round_of(np.column_stack([place, mean(load_n)]).round(6)),
     }
+    if temperature_degc is not None:
+        known["temperature_degc"] = mean(temperature_degc)
     when = np.arange(float(number)) if stamps is None else mean(stamps)
     block = np.cumsum(moved).astype(np.int64)
     return Log("placements", channels, when, mean(counts), known, block)
-
-
-def _means(placement: IntArray, values: FloatArray) -> FloatArray:
-    """Mean of the rows of each placement, shape (placements, …)."""
-    number = int(placement.max()) + 1
-    return np.stack([values[placement == p].mean(axis=0) for p in range(number)])
 
 
 def _in_a_row(placed: FloatArray) -> IntArray:
