@@ -25,6 +25,23 @@ def looks_like(error: FootcalError) -> tuple[str, tuple[str, ...]]:
     return found if found is not None else ("", error.example)
 
 
+def _as_tables(paths: list[Path], output: Path, *, overwrite: bool) -> tuple[list[Path], list[str]]:
+    """Logs with those of other tools as Parquet in a folder next to the recipe, and lines on it."""
+    from footcal_cli.commands.convert import ConvertOptions
+    from footcal_cli.commands.into_tables import jobs_of, targets_of, write_tables
+    from footcal_cli.formats.detect import open_source
+    from footcal_cli.sniff.folders import CONVERTED
+
+    foreign = [path for path in paths if path.suffix.lower() in CONVERTED]
+    if not foreign:
+        return paths, []
+    options = ConvertOptions()
+    jobs = jobs_of({path: open_source(path, options.time) for path in foreign}, options)
+    targets = targets_of(jobs, output.with_name(f"{output.stem}_logs"), overwrite)
+    said = write_tables(jobs, targets, options)
+    return [*(path for path in paths if path not in foreign), *targets], said
+
+
 def init(
     logs: Annotated[
         list[Path],
@@ -55,7 +72,7 @@ def init(
         )
     if output.suffix.lower() != ".toml":
         raise UsageError("a recipe ends in .toml", file=output, remedy="name it so")
-    paths = in_folders(logs)
+    paths, said_first = _as_tables(in_folders(logs), output, overwrite=overwrite)
     notes = notes_among(paths)
     files, none = guessed([path for path in paths if path not in notes], logs)
     parts, others = parts_of(with_notes(files, notes))
@@ -79,7 +96,7 @@ def init(
         print_answer(AnswerRecord(command="init", exit_code=0, recipe=str(output), next_step=said))
     if quiet or as_json():
         return
-    typer.echo("\n".join(listing(parts)))
+    typer.echo("\n".join([*said_first, *listing(parts)]))
     for other in (o for o in others if o.path not in notes):
         typer.echo(f"{other.path.name}: left out, its columns fit no experiment")
     for path in none:

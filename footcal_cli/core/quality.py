@@ -67,6 +67,11 @@ def listed(check: Callable[Params, Iterator[Finding]]) -> Callable[Params, list[
     return called
 
 
+CAUSES = frozenset({
+    "axes_exchanged", "axis_turned", "cell_gain", "hole_elsewhere", "leg_elsewhere", "mass_differs",
+    "transducer_turned", "weight_otherwise",
+})  # fmt: skip
+"""Findings that name what is wrong before any effect is looked for."""
 STOPPING = frozenset({"readings_repeat_across_channels", "intermittent_contact"})
 """Findings that make blocks no independent evidence, or are the answer themselves; alarms stop a
 diagnosis too."""

@@ -44,7 +44,9 @@ def outcome_of(feet: Sequence[FootStudy], robot: Robot) -> Outcome:
         ),
         pictures=tuple(pictures),
         sheets=tuple(tables),
-        findings=tuple(f for found in feet for f in sheets.misplaced_cells(found)),
+        findings=tuple(
+            f for found in feet for f in (*sheets.odd_cells(found), *sheets.misplaced_cells(found))
+        ),
         footer=(
             "CoP corrections: NAO CoP self-calibration, eqs. (3)–(5), solved as the linear "
             "problem they are; the physical alternatives correct the cells instead. Each row's "

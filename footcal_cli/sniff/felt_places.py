@@ -48,7 +48,11 @@ def less_zeros(file: FileGuess) -> FileGuess:
                 continue
             pairs = [(zeros[k], read[k]) for k in read]
             if all(_zero_of(zero, reading) for zero, reading in pairs):
-                return _taken_off(file, pairs)
+                after = [
+                    c for g in groups if g is not zeros and g.keys() == read.keys()
+                    and all(_zero_of(g[k], read[k]) for k in g) for c in g.values()
+                ]  # fmt: skip
+                return _taken_off(file, pairs, after)
     return file
 
 
@@ -61,7 +65,10 @@ def _zero_of(zero: ColumnGuess, reading: ColumnGuess) -> bool:
     return bool(0.0 < np.nanstd(before) < _STILL * way and near)
 
 
-def _taken_off(file: FileGuess, pairs: Sequence[tuple[ColumnGuess, ColumnGuess]]) -> FileGuess:
+def _taken_off(
+    file: FileGuess, pairs: Sequence[tuple[ColumnGuess, ColumnGuess]], after: Sequence[ColumnGuess]
+) -> FileGuess:
+    """The table with the first zero of each pair taken off, and without zeros read `after`."""
     less = {
         reading.column: replace(
             reading, values=numbers_of(reading) - numbers_of(zero), minus=zero.column,
@@ -71,6 +78,9 @@ def _taken_off(file: FileGuess, pairs: Sequence[tuple[ColumnGuess, ColumnGuess]]
         for zero, reading in pairs
     }  # fmt: skip
     less |= {z.column: z.as_quantity("other", "likely", f"zero of {r.column}") for z, r in pairs}
+    less |= {
+        z.column: z.as_quantity("other", "likely", "a zero that was read after") for z in after
+    }
     return replace(file, columns=tuple(less.get(c.column, c) for c in file.columns))
 
 

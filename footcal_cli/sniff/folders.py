@@ -14,8 +14,15 @@ from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.notes import WRITTEN
 from footcal_cli.tables.workbooks import SUFFIXES
 
-_LOGS = {".csv", ".tsv", ".txt", ".dat", ".log", ".parquet", ".pq", *SUFFIXES}
+_LOGS = {
+    ".csv", ".tsv", ".txt", ".dat", ".log", ".mot", ".sto", ".parquet", ".pq", *SUFFIXES
+}  # fmt: skip
 """Endings of what lies in a folder and may be a log."""
+CONVERTED = {
+    ".mat", ".npz", ".npy", ".jsonl", ".ndjson", ".h5", ".hdf5", ".hdf", ".bag", ".db3", ".mcap",
+    ".c3d",
+}  # fmt: skip
+"""Endings of what is a log once it is converted."""
 
 
 def in_folders(paths: Sequence[Path]) -> list[Path]:
@@ -32,10 +39,9 @@ def in_folders(paths: Sequence[Path]) -> list[Path]:
             found.append(path)
             continue
         inside = [file for file in sorted(path.rglob("*")) if _may_be(file, path)]
-        if not any(file.suffix.lower() in _LOGS for file in inside):
-            raise UsageError(
-                "holds no log", file=path, remedy=f"name a file, of {' '.join(sorted(_LOGS))}"
-            )
+        if not any(file.suffix.lower() in _LOGS | CONVERTED for file in inside):
+            known = " ".join(sorted(_LOGS | CONVERTED))
+            raise UsageError("holds no log", file=path, remedy=f"name a file, of {known}")
         found += inside
     return found
 
@@ -64,5 +70,5 @@ def guessed(tables: Sequence[Path], named: Sequence[Path]) -> tuple[list[FileGue
 
 def _may_be(file: Path, folder: Path) -> bool:
     hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
-    known = file.suffix.lower() in _LOGS | WRITTEN
+    known = file.suffix.lower() in _LOGS | CONVERTED | WRITTEN
     return known and not hidden and file.is_file() and file.stat().st_size > 0

@@ -117,6 +117,7 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         count == said.get(foot, said[""]) for foot, count in of_feet.items()
     )
     feet: dict[str, list[str]] = {}
+    first = _first_index(plan) if listed else 0
     for channel in plan.channels:
         # cells of placements are called within their foot
         names = (f"{channel}_counts", f"{channel.partition('_')[2]}_counts")
@@ -126,7 +127,8 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
         foot, _, cell = channel.partition("_")
         at = at or _within(own, called) or {n.lower(): at for n, at in called.items()}.get(cell)
         if at is None and listed and (f := _LAST.search(split_unit(own)[0])):
-            at = by_index.get((foot, int(f[1])), by_index.get(("", int(f[1]))))
+            number = int(f[1]) - first + min(index for _, index in by_index)
+            at = by_index.get((foot, number), by_index.get(("", number)))
         if at is None:
             return plan
         line = f"{toml_key(cell)} = {{ x_m = {at[0]:.5g}, y_m = {at[1]:.5g} }}"
@@ -134,6 +136,13 @@ def _placed(plan: LogPlan, places: _Places, sheet: FileGuess) -> LogPlan:
     tables = tuple("\n".join([f"[robot.feet.{f}.cells]", *lines]) for f, lines in feet.items())
     blanks: tuple[Blank, ...] = tuple(blank for blank in plan.blanks if blank is not asked)
     return replace(plan, robot=(*plan.robot, *tables), blanks=blanks)
+
+
+def _first_index(plan: LogPlan) -> int:
+    """The number that the columns of cells begin with: 0 in arrays, 1 by hand."""
+    names = (e.column.column for e in plan.read.values() if e.column is not None)
+    found = [int(f[1]) for name in names if (f := _LAST.search(split_unit(name)[0]))]
+    return min(found, default=0)
 
 
 def _within(column: str, places: _Places) -> tuple[float, ...] | None:

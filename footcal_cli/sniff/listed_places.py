@@ -28,12 +28,14 @@ _THREE = (
     rf"(?:[xX]\s*[=:]\s*)?(?P<x>{_NUMBER}){_BETWEEN}(?P<y>{_NUMBER})(?:{_BETWEEN}(?P<z>{_NUMBER}))?"
 )
 _ROW = re.compile(
-    rf"^[\s|*+-]*`?{_NAME}`?\s*(?:\((?P<said>[^()|\d]*)\)\s*)?(?:[:|=]|\bat\b)(?:[^|\d]*\|)?"
+    rf"^[\s|*+-]*`?{_NAME}`?\s*(?:\((?P<said>[^()|\d]*)\)\s*)?"
+    rf"(?:(?P<apart>[:|=]|\bat\b)(?:[^|\d]*\|)?|(?<=\s)\s|\t)"
     rf"[\s|(\[]*{_THREE}\s*(?:mm|cm|m|in)?[\s|)\].;,]*$"
 )
 """A line for each place: its name, then two or three numbers and nothing else.
 
 A remark may say what the name means: ``| VF (venstre for) | 105 | 40 |``, ``| 1 | toe | 9 | 4 |``.
+Blanks alone may stand between below a line that speaks of x and y, or of a length.
 """
 _ANGLE = r"(?:\s+(?:[^\W\d_]{1,4}\s+)?\d+(?:[.,]\d+)?\s*(?:°|[^\W\d_]{3,})[,:]?)?"
 _INLINE = re.compile(
@@ -53,19 +55,30 @@ _PAIR = re.compile(
 _RUN = re.compile(
     r"(?<!\w)(?P<first>[A-Z]|\d+)(?:\s*(?:\.{2,3}|…|[-–])\s*|\s+[^\W\d_]{1,3}\s+)"
     r"(?P<last>[A-Z]|\d+)(?!\w)[^=\d]{0,25}?"
-    rf"\b(?P<axis>[xyXY])\s*=\s*(?P<list>{_NUMBER}(?:\s*[,;]\s*{_NUMBER})+)"
+    rf"\b(?P<axis>[xyXY])\s*=\s*(?P<list>{_NUMBER}(?:\s*[,;]\s*(?:{_NUMBER}|\.{{2,3}}|…))+)"
 )
 _ONE = re.compile(
     rf"(?<!\w)(?P<name>[A-Z]|\d+)\s*(?::|\bat\b)\s*(?P<axis>[xyXY])\s*=\s*(?P<number>{_NUMBER})"
 )
-"""Rows of holes along one axis: ``1..6 at x = -80, -40 …``, or each by itself: ``A: y = 35``."""
+"""Rows of holes along one axis: ``1..6 at x = -80, -40 …``, or each by itself: ``A: y = 35``.
+
+A list may go on at its step: ``-90, -60, ..., +90``.
+"""
+_GOES_ON = re.compile(r"\s*[,;]\s*(?:\.{2,3}|…)\s*[,;]\s*")
 _CORNER = re.compile(
     rf"(?<!\w)(?P<a>[A-Z])(?P<n>\d+)\s*[=:]\s*\(\s*\+?(?P<x>{_NUMBER})\s*[,;]\s*\+?(?P<y>{_NUMBER})"
 )
 _CORNERS = 2
+_CIRCLE = re.compile(
+    rf"(?i)\b(?:radius|rayon|radio|raggio|straal)\s+(?:of|von|de|di|van)?\s*(?P<radius>{_NUMBER})\s*"
+    rf"(?P<unit>mm|cm|m)\b[^.;]{{0,25}}?(?P<angles>{_NUMBER}(?:\s*(?:,|;|and|und|et|y|e|en)\s*{_NUMBER})+)"
+    r"\s*(?:°|deg\w*|grad\w*|degr[eé]s)"
+)
+"""Places on a circle, counter-clockwise from x: ``radius 55 mm, at 90, 210 and 330 degrees``."""
 _OF_WEIGHTS = re.compile(r"(?<![\w/])(kg|g|N|lb)(?![\w/])")
 _PIECE = re.compile(
-    r"(?<![\w.,])(?P<name>[^\W\d_]{1,2}\d{0,2}|\d{1,3}[a-z])\s*[:=]?\s+(?P<weight>\d+[.,]\d+)(?![\w.,]*\d)"
+    r"(?<![\w.,])(?P<name>[A-Z]{1,2}\d{0,2}|[a-z]{1,2}\d{1,2}|\d{1,3}[a-z])\s*[:=]?\s+"
+    r"(?P<weight>\d+[.,]\d+)(?![\w.,]*\d)"
 )
 """A hole of a grid and where it is; a weight by its name and its mass."""
 _X_AND_Y = re.compile(r"(?i)\bx\b.*\by\b")
@@ -97,7 +110,7 @@ def places_in(path: Path, text: str) -> FileGuess | None:
     lines = text.splitlines()
     rows = [_Place(i, _called(f), f.groupdict()) for i, line in enumerate(lines)
             if (f := _ROW.match(line)) and ("|" in line) == ("|" in line[f.end("x"):f.start("y")])
-            ]  # fmt: skip
+            and (f["apart"] or _below_axes(lines, i))]  # fmt: skip
     rows = next((r for r in (rows, _in_cells(lines)) if len(r) >= _LEAST), _in_sentences(lines))
     names = tuple(row.name for row in rows)
     if len({*names}) < len(names):
@@ -112,6 +125,19 @@ def places_in(path: Path, text: str) -> FileGuess | None:
     return _sheet(path, names, places, lines, rows[0].at, rows[-1].at)
 
 
+def _below_axes(lines: Sequence[str], at: int) -> bool:
+    """Whether a line of numbers belongs to a list below one that speaks of x and y, or of a length.
+
+    Empty lines may stand between; a line without numbers that says neither ends the list.
+    """
+    for line in reversed(lines[:at]):
+        if _X_AND_Y.search(line) or _UNIT.search(line):
+            return True
+        if line.strip() and not re.search(_NUMBER, line):
+            return False
+    return False
+
+
 def grid_in(path: Path, text: str) -> FileGuess | None:
     """A sheet of holes that letters and numbers of rows name: ``1..3 at x = 0, 40, 80; A: y = 5``.
 
@@ -120,15 +146,14 @@ def grid_in(path: Path, text: str) -> FileGuess | None:
     at: dict[str, dict[str, dict[str, float]]] = {}
     lines = text.splitlines()
     said = [i for i, line in enumerate(lines) if _RUN.search(line) or _ONE.search(line)]
-    for found in (f for i in said for f in _RUN.finditer(lines[i])):
+    whole = "\n".join(lines)  # a list may go on in the next line
+    for found in _RUN.finditer(whole):
         names = _run(found["first"], found["last"])
-        for sign in (r";", r",(?=\s)", r","):
-            parts = re.split(sign, found["list"])
-            if len(parts) == len(names):
-                kind = at.setdefault("1" if names[0].isdigit() else "A", {})
-                own = dict(zip(names, map(_number, parts), strict=True))
-                kind.setdefault(found["axis"].lower(), own)
-    for found in (f for i in said for f in _ONE.finditer(_RUN.sub("", lines[i]))):
+        if numbers := _listed(found["list"], len(names)):
+            said.append(whole[: found.start()].count("\n"))
+            kind = at.setdefault("1" if names[0].isdigit() else "A", {})
+            kind.setdefault(found["axis"].lower(), dict(zip(names, numbers, strict=True)))
+    for found in (f for i in {*said} for f in _ONE.finditer(_RUN.sub("", lines[i]))):
         kind = at.setdefault("1" if found["name"].isdigit() else "A", {})
         kind.setdefault(found["axis"].lower(), {})[found["name"]] = _number(found["number"])
     axes = {kind: next(iter(own)) for kind, own in at.items() if len(own) == 1}
@@ -142,7 +167,22 @@ def grid_in(path: Path, text: str) -> FileGuess | None:
     if len(named) < _LEAST:
         return None
     places = [[place["x"], place["y"]] for place in named.values()]
-    return _sheet(path, tuple(named), places, lines, said[0], said[-1])
+    return _sheet(path, tuple(named), places, lines, min(said), max(said))
+
+
+def _listed(written: str, count: int) -> list[float]:
+    """So many numbers of a list, with those that it leaves out; empty where it has not so many."""
+    begun, *end = _GOES_ON.split(written)
+    for sign in (r";", r",(?=\s)", r","):
+        parts = [part.strip() for part in re.split(sign, begun)]
+        if not all(re.fullmatch(_NUMBER, part) for part in (*parts, *end)):
+            continue
+        numbers = whole = [*map(_number, parts)]
+        if end:
+            whole = np.linspace(numbers[0], _number(end[-1]), count).tolist()
+        if len(whole) == count and np.allclose(whole[: len(numbers)], numbers):
+            return whole
+    return []
 
 
 def corners_in(path: Path, text: str) -> FileGuess | None:
@@ -174,6 +214,26 @@ def corners_in(path: Path, text: str) -> FileGuess | None:
     return None
 
 
+def circle_in(path: Path, text: str) -> FileGuess | None:
+    """A sheet of places on a circle by its radius and their angles; names stand in brackets.
+
+    ``(K1, K2, K3)`` behind the angles, or numbers from 1.
+    """
+    whole = " ".join(text.split())
+    said = _CIRCLE.search(whole)
+    if said is None:
+        return None
+    angles = np.radians([_number(a) for a in re.findall(_NUMBER, said["angles"])])
+    listed = (re.split(r"\s*[,;]\s*", inside)
+              for inside in re.findall(r"\(([^()]*)\)", whole[said.end() :]))  # fmt: skip
+    whole_words = (n for n in listed if len(n) == angles.size and all(w.isalnum() for w in n))
+    names = next(whole_words, [str(k + 1) for k in range(angles.size)])
+    if angles.size < _LEAST:
+        return None
+    at = _number(said["radius"]) * np.column_stack([np.cos(angles), np.sin(angles)])
+    return _sheet(path, tuple(names), at.round(6).tolist(), [said[0]], 0, 0)
+
+
 def pieces_in(path: Path, text: str) -> FileGuess | None:
     """A sheet of the weights that a text lists by names: ``P1 4,9987  P2 5,0012 kg``.
 
@@ -186,7 +246,7 @@ def pieces_in(path: Path, text: str) -> FileGuess | None:
         own = [*_PIECE.finditer(line)]
         above = " ".join(lines[max(i - 2, 0) : i])
         near = next((f for x in (line, above) if (f := _OF_WEIGHTS.findall(x))), [])
-        if len(own) < 2 or not near:
+        if len(own) < 2 or not near or "mV" in line:
             continue
         units.add(known_unit(near[0]) or "")
         found |= {f["name"]: _number(f["weight"]) for f in own}
@@ -218,9 +278,9 @@ def _sheet(
     lines: Sequence[str], first: int, last: int,
 ) -> FileGuess:  # fmt: skip
     """Places (n, 2 or 3) in the unit that the lines about them name, or the whole text."""
-    near = lines[max(first - _HEADING_LINES, 0) : last + 1]
+    above = ([line] for line in reversed(lines[max(first - _HEADING_LINES, 0) : first]))
     said = ({known_unit(u) for line in some for u in _UNIT.findall(line)} & {*LENGTHS}
-            for some in (near, lines))  # fmt: skip
+            for some in (lines[first : last + 1], *above, lines))  # fmt: skip
     units = next((units for units in said if units), set())
     unit = units.pop() if len(units) == 1 else None
     why = f"listed in {path.name}"

@@ -15,7 +15,13 @@ from footcal_cli.errors import DataError
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.experiment import plan_of
 from footcal_cli.sniff.guesses import FileGuess
-from footcal_cli.sniff.listed_places import corners_in, grid_in, pieces_in, places_in
+from footcal_cli.sniff.listed_places import (
+    circle_in,
+    corners_in,
+    grid_in,
+    pieces_in,
+    places_in,
+)
 from footcal_cli.sniff.names import FORCE, TORQUE
 from footcal_cli.sniff.units import WEIGHTS, known_unit
 
@@ -55,14 +61,17 @@ def notes_among(paths: Sequence[Path]) -> list[Path]:
 
     A log alone is a log, whatever it is called.
     """
-    found = [path for path in paths if path.is_file() and _is_written(path)]
+    tables = any(path.suffix.lower() not in _MAY_BE | WRITTEN for path in paths)
+    found = [path for path in paths if path.is_file() and _is_written(path, tables=tables)]
     return found if len(found) < len(paths) else []
 
 
-def _is_written(path: Path) -> bool:
+def _is_written(path: Path, *, tables: bool) -> bool:
+    """Whether a file is notes; a text with sentences next to `tables` is, whatever it lists."""
     suffix = path.suffix.lower()
     if suffix in _MAY_BE:
-        return path.stat().st_size < _LONGEST and _is_prose(_text(path)) and not _is_log(path)
+        short = path.stat().st_size < _LONGEST and _is_prose(_text(path))
+        return short and (tables or not _is_log(path))
     if suffix not in WRITTEN:
         return False
     text = _text(path)
@@ -123,6 +132,6 @@ def with_notes(files: Sequence[FileGuess], notes: Sequence[Path]) -> list[FileGu
     made = [
         replace(file, text=replace(file.text, above=(*file.text.above, *lines))) for file in files
     ]
-    looks = (places_in, grid_in, corners_in, pieces_in)
+    looks = (places_in, grid_in, corners_in, circle_in, pieces_in)
     sheets = (look(path, text) for path, text in texts.items() for look in looks)
     return [*made, *(sheet for sheet in sheets if sheet is not None)]

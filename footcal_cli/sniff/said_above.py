@@ -12,9 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.plausibility import TOTAL_RANGE
+from footcal_cli.sniff.cells import NAMEPLATE
 from footcal_cli.sniff.guesses import Sure, numbers_of
 from footcal_cli.sniff.placed import WEIGHT
-from footcal_cli.sniff.plan import FORCES, MASS, NOT_SAID, Blank, LogPlan
+from footcal_cli.sniff.plan import FORCES, IN_NEWTON, MASS, NOT_SAID, Blank, LogPlan
+from footcal_cli.sniff.said_accuracy import with_accuracy
 from footcal_cli.sniff.said_axes import with_left_asked
 from footcal_cli.sniff.said_gravity import with_gravity
 from footcal_cli.sniff.said_scales import with_scale
@@ -52,6 +54,8 @@ _WITHOUT = re.compile(
     r"(?i)\b(?:without|w/o|excl\w*|exkl\w*|minus|less|ohne|sans|sin|senza|sem|zonder|uten|uden|utan|bez|"
     r"ilman|nélkül)\b"
 )
+_LESS = re.compile(rf"{_WITHOUT.pattern}(?!\D{{0,12}}\d)")
+"""What was not weighed; with its mass behind it, it says what the rest would be."""
 _REMARK = re.compile(
     r"(?i)[,;(]|\b(?:with|includ\w*|incl|mit|inkl\w*|samt|avec|con|com|med|met|inclu\w*|compris)\b"
 )
@@ -67,13 +71,37 @@ _CAPACITY = re.compile(
 )
 _NEAR, _BY_FAR = 0.15, 1.5
 """How far forces may be from a robot's weight as a share; ratio of its mass to any other named."""
+_OF_MASS = ("kg", "g", "lb")
+_NOMINAL = 0.02
+"""How far a weight may be from what it is called."""
 _FAR = 30.0
 """No cell is loaded with so many times its capacity, and no list of loads is so far off."""
 
 
 def as_said_above(plan: LogPlan) -> LogPlan:
     """The plan with masses and gravity as they stand above; asked for where numbers contradict."""
-    return with_left_asked(with_gravity(with_scale(_with_load(_with_mass(_with_put(plan))))))
+    weighed = _with_mass(_in_newtons(_with_put(plan)))
+    return with_accuracy(with_left_asked(with_gravity(with_scale(_with_load(weighed)))))
+
+
+def _in_newtons(plan: LogPlan) -> LogPlan:
+    """The plan with readings in N where nothing says their unit and they weigh the robot so."""
+    read = {name: entry for name, entry in plan.read.items() if name.endswith("_counts")}
+    plain = all(e.column is not None and e.unit is None and not e.column.counts and e.factor is None
+                for e in read.values())  # fmt: skip
+    masses = _masses(plan.file.text.above)
+    if NAMEPLATE not in plan.blanks or not read or not plain or len(masses) != 1:
+        return plan
+    mass = next(iter(masses))
+    why = f"in N they carry the {mass:g} kg that are said"
+    made = {name: replace(entry, unit="N", why=why) for name, entry in read.items()}
+    weighed = replace(
+        plan, entries={**plan.entries, **made}, robot=(*plan.robot, IN_NEWTON),
+        blanks=tuple(blank for blank in plan.blanks if blank is not NAMEPLATE),
+    )  # fmt: skip
+    total = _total_n(weighed)
+    near = total is not None and abs(total / (mass * GRAVITY_MPS2) - 1.0) < _NEAR
+    return weighed if near else plan
 
 
 def _with_put(plan: LogPlan) -> LogPlan:
@@ -81,9 +109,13 @@ def _with_put(plan: LogPlan) -> LogPlan:
     entry = plan.entries.get("load_n")
     lines = [x for x in plan.file.text.above if _HAS_MASS.search(x) and not _HAS_ROBOT.search(x)]
     said = {(f[1], known_unit(f[2]) or f[2]): x for x in lines for f in IN_WORDS.finditer(x)}
-    if WEIGHT not in plan.blanks or entry is None or len(said) != 1:
+    if WEIGHT not in plan.blanks or entry is None or not said:
         return plan
-    (number, unit), line = said.popitem()
+    sizes = [_newton(number, unit) for number, unit in said]
+    if max(sizes) > (1.0 + _NOMINAL) * min(sizes):
+        return plan
+    number, unit = max(said, key=lambda one: len(one[0]))  # 12.003 kg of a 12 kg weight
+    line = said[number, unit]
     put = number.replace(",", ".")
     names = {word: put if own == NOT_SAID else own for word, own in entry.names.items()}
     value = put if entry.value == NOT_SAID else entry.value
@@ -98,15 +130,33 @@ def _masses(above: Sequence[str]) -> dict[float, str]:
     found = {}
     for line in above:
         of_a_part = _OF_A_PART.search(_without_remark(line))
-        for said in () if of_a_part else _MASS.finditer(line):
+        for said in _MASS.finditer(line):
+            if _is_of_a_part(line, said.start("number")):
+                continue
             unit = known_unit(said["before"] or "") or known_unit(said["after"] or "")
             if unit in LOADS and (newton := _newton(said["number"], unit)) > 0:
                 found[round(newton / GRAVITY_MPS2, 6)] = line.strip()
         alone = [*IN_WORDS.finditer(line)]
-        if _HAS_ROBOT.search(line) and len(alone) == 1 and not of_a_part:
-            unit = known_unit(alone[0][2]) or alone[0][2]
+        if len(alone) == 1 and _HAS_ROBOT.search(line, 0, alone[0].start()):
+            of_a_part = _is_of_a_part(line, alone[0].start())
+        unit = known_unit(alone[0][2]) or alone[0][2] if len(alone) == 1 else ""
+        if _HAS_ROBOT.search(line) and unit in _OF_MASS and not of_a_part:
             found[round(_newton(alone[0][1], unit) / GRAVITY_MPS2, 6)] = line.strip()
     return found
+
+
+def _is_of_a_part(line: str, at: int) -> bool:
+    """Whether the number there is the mass of a part, by the words of its line.
+
+    Where the robot is named before it, those behind the robot's name up to a remark count:
+    ``Robot with battery and feet: 24.6 kg`` weighs all of it.
+    """
+    robot = _HAS_ROBOT.search(line, 0, at)
+    if robot is None:
+        return _OF_A_PART.search(_without_remark(line)) is not None
+    named = line[: robot.end()] + _REMARK.split(line[robot.end() : at])[0]
+    named += _REMARK.split(line[at:])[0]
+    return bool(_OF_A_PART.search(named) or _WITHOUT.search(line, 0, at) or _LESS.search(line, at))
 
 
 def _without_remark(line: str) -> str:
@@ -135,7 +185,7 @@ def _by_size(plan: LogPlan) -> tuple[dict[float, str], Sure]:
             continue
         for said in IN_WORDS.finditer(line):
             unit = known_unit(said[2]) or said[2]
-            if unit in ("kg", "g", "lb") and (newton := _newton(said[1], unit)) > 0:
+            if unit in _OF_MASS and (newton := _newton(said[1], unit)) > 0:
                 found.setdefault(round(newton / GRAVITY_MPS2, 6), line.strip())
     total = _total_n(plan)
     if total is not None:

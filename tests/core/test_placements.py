@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from footcal_cli.core.bench.cop_models import AFFINE, CROSSTALK, FULL, MODELS, POSITIONS, fit_cop
+from footcal_cli.core.bench.cop_kinds import AFFINE, CROSSTALK, FULL, MODELS, POSITIONS
+from footcal_cli.core.bench.cop_models import fit_cop
 from footcal_cli.core.bench.cop_study import CopResult, CopStudy, study_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows, find_repeats, holes_of
 from footcal_cli.core.bench.regression import fit_affine

@@ -23,6 +23,11 @@ def row(effect: str, size: float, smallest: float) -> SimpleNamespace:
     )  # fmt: skip
 
 
+def _found(item: Any, gains: tuple[Gain, ...] = (), *, once: bool = False) -> Any:
+    case = SimpleNamespace(tolerance_n=0.5, tolerance_nm=0.05)
+    return SimpleNamespace(found=(item,), gains=gains, once=once, case=case)
+
+
 @pytest.mark.parametrize(
     ("rival_size", "expected"), [(-0.085, True), (-0.005, False), (None, False)]
 )
@@ -47,13 +52,24 @@ def test_what_happened_once_is_as_large_as_it_is() -> None:
     drift = row("offset_drift", 0.05, 0.8)
     cause = SimpleNamespace(signature=drift.signature, size=drift.size, rivals=[])
     item = cast(Any, SimpleNamespace(cause=cause, answer=SimpleNamespace(effects=[drift])))
-    assert not matters(item)
-    assert matters(item, once=True)
+    assert not matters(_found(item), item)
+    assert matters(_found(item, once=True), item)
 
 
 def gain(unit: str, change: float, low: float) -> Gain:
     interval = Interval(change, low, 2 * change - low)
     return Gain("", unit, 1.0, 1.0 - change, interval, np.ones((3, 2)))
+
+
+@pytest.mark.parametrize(("change", "low", "expected"), [(0.6, 0.4, True), (0.6, -0.1, False)])
+def test_an_error_that_surely_falls_by_what_matters_does(
+    change: float, low: float, expected: bool
+) -> None:
+    """The component that stands for a drift may be small where another one is large."""
+    drift = row("offset_drift", 0.05, 0.8)
+    cause = SimpleNamespace(signature=drift.signature, size=drift.size, rivals=[])
+    item = cast(Any, SimpleNamespace(cause=cause, answer=SimpleNamespace(effects=[drift])))
+    assert matters(_found(item, (gain("N", change, low),)), item) is expected
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,9 @@ def test_other_numbers_are_no_places(text: str) -> None:
         ("Massa total (balança do laboratório): 14,64 kg.", 14.64),
         ("Robot mass 5.2 kg (bilancia), feet included.", 5.2),
         ("robot 5,2 kg; incl. tool and sensors", 5.2), ("Robot 5.2 kg, without feet", None),
-        ("The robot holds a 5.2 kg tool", None), ("Robot 5.2 kg, each foot 0.3 kg", None),
+        ("The robot holds a 5.2 kg tool", None), ("Robot 5.2 kg, each foot 0.3 kg", 5.2),
+        ("Robot with battery and feet: 5.2 kg on the scale.", 5.2),
+        ("Mass of the robot 5.2 kg (without the 0.3 kg of the soles it would be 4.9)", 5.2),
     ],
 )  # fmt: skip
 def test_the_mass_of_a_robot_in_words(line: str, mass_kg: float | None) -> None:

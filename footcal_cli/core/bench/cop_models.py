@@ -13,82 +13,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from footcal_cli.core.bench.cop_kinds import NONE, TERMS, CopModel
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.inference.linear import about_usual, rank_of
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.errors import FitError
 
-TERMS = {"none": 0, "affine": 3, "quadratic": 6, "full": 6}
-"""Polynomial terms of the empirical corrections in the order 1, x, y, x², xy, y²."""
-
+_WEIGHINGS = 3
 USUAL_SHARE = 0.05
 """Sd of what a cell passes on beyond its reading, and of its place as a share of the foot's size:
 the cells of a rigid sole move together, and what differs from that is noise alone."""
 _MOST_SHARE = 0.25
 """A cell that passes on a quarter more or less than it reads, or that sits a quarter of the foot's
 size elsewhere, is no calibrated cell where the drawing has it: the model found something else."""
-
-
-@dataclass(frozen=True)
-class CopModel:
-    """One way of turning cell forces into CoP and vertical force.
-
-    Parameters
-    ----------
-    name
-        ``none affine quadratic full``, ``cell positions``, ``crosstalk and cell positions``,
-        ``crosstalk, cell positions and biases``; with gains ``cell gains and positions``, ``cell
-        gains, positions and biases``.
-    physical
-        Whether it corrects cells instead of the CoP.
-    with_forces
-        Empirical: the forces enter (eq. (4), second part). Physical: the shares s_i are free.
-    with_bias
-        Physical: the offsets f and m are free.
-    with_gains
-        Physical: the shares s_i are gains of the cells, not a crosstalk between them.
-    """
-
-    name: str
-    physical: bool = False
-    with_forces: bool = False
-    with_bias: bool = False
-    with_gains: bool = False
-
-    def terms(self, cells: tuple[str, ...]) -> tuple[str, ...]:
-        """Names of the empirical terms in the order of the coefficients."""
-        names = ("1", "x", "y", "x²", "xy", "y²")[: TERMS.get(self.name, 0)]
-        return (*names, *(cells if self.with_forces else ()))
-
-    @property
-    def needs_cells(self) -> bool:
-        """Whether it looks at the cells' forces and not at the CoP alone."""
-        return self.physical or self.with_forces
-
-    def coefficients(self, cells: int) -> int:
-        """How many numbers it fits."""
-        if not self.physical:
-            return 2 * (TERMS[self.name] + (cells if self.with_forces else 0))
-        return 2 * cells + (cells if self.with_forces else 0) + 3 * self.with_bias
-
-
-NONE = CopModel("none")
-AFFINE = CopModel("affine")
-QUADRATIC = CopModel("quadratic")
-FULL = CopModel("full", with_forces=True)
-POSITIONS = CopModel("cell positions", physical=True)
-CROSSTALK = CopModel("crosstalk and cell positions", physical=True, with_forces=True)
-BIASED = CopModel(
-    "crosstalk, cell positions and biases", physical=True, with_forces=True, with_bias=True
-)
-MODELS = (NONE, AFFINE, POSITIONS, QUADRATIC, CROSSTALK, BIASED, FULL)
-"""All alternatives, simple ones first (for a foot of four cells)."""
-_GAINS = {
-    CROSSTALK: replace(CROSSTALK, name="cell gains and positions", with_gains=True),
-    BIASED: replace(BIASED, name="cell gains, positions and biases", with_gains=True),
-}
-GAIN_MODELS = tuple(_GAINS.get(model, model) for model in MODELS)
-"""The same of cells whose scales no weights measured."""
 
 
 @dataclass(frozen=True)
@@ -303,6 +240,8 @@ def fit_cop(model: CopModel, rows: PlacementRows, ridge: float = 0.0) -> CopFit:
     ridge
         Penalty relative to the number of rows; empirical models only.
     """
+    if model.places_known:
+        return _fit_gains(model, rows)
     if model.physical:
         return _fit_physical(model, rows)
     if model == NONE:
@@ -357,6 +296,38 @@ def _fit_physical(model: CopModel, rows: PlacementRows) -> CopFit:
     weights[:, 1:] += weights[:, :1] * middle
     singular = np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)
     rank, condition = rank_of(singular, design.shape)
+    return CopFit(model, weights, middle, np.zeros(0), np.zeros(0), 0.0, rank, condition, loose)
+
+
+def _fit_gains(model: CopModel, rows: PlacementRows) -> CopFit:
+    """Gains of cells that sit where they are believed: ``Σ s_i F_i (1, p_i) = load (1, hole)``.
+
+    Load and moments, each in units of what is left of it.
+    """
+    loaded = np.isfinite(rows.load_n)
+    forces, load = rows.forces_n[loaded], rows.load_n[loaded]
+    middle = rows.cell_pos_m.mean(axis=0)
+    arms = np.column_stack([np.ones(len(rows.cell_pos_m)), rows.cell_pos_m - middle])
+    put = load[:, None] * np.column_stack([np.ones(load.size), rows.hole_m[loaded] - middle])
+    columns, rest = forces[:, None, :] * arms.T, put - forces @ arms
+    cells, unit = forces.shape[1], np.array([1.0, *[_extent_m(rows.cell_pos_m)] * 2])
+    gains = np.zeros(cells)
+    for _ in range(_WEIGHINGS):
+        design = (columns / unit[:, None]).reshape(-1, cells)
+        target = (rest / unit).ravel()
+        if model.single:
+            along, own = design.T @ target, np.maximum(np.sum(design**2, axis=0), 1e-300)
+            best = int(np.argmax(along**2 / own))
+            gains = np.zeros(cells)
+            gains[best] = along[best] / own[best]
+        else:
+            gains = about_usual(design, target[:, None], np.full(cells, USUAL_SHARE))[0][:, 0]
+        unit = np.maximum(np.sqrt(np.mean((rest - columns @ gains) ** 2, axis=0)), 1e-12)
+    weights = np.zeros((cells + 1, 3))
+    weights[:cells] = (1.0 + gains)[:, None] * np.column_stack([arms[:, 0], rows.cell_pos_m])
+    singular = np.linalg.svd(design / np.linalg.norm(design, axis=0), compute_uv=False)
+    rank, condition = rank_of(singular, design.shape)
+    loose = np.zeros((3, cells + 1, cells + 1))
     return CopFit(model, weights, middle, np.zeros(0), np.zeros(0), 0.0, rank, condition, loose)
 
 

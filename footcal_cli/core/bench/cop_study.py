@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from footcal_cli.core.bench.cop_models import GAIN_MODELS, MODELS, CopFit, CopModel, fit_cop
+from footcal_cli.core.bench.cop_kinds import GAIN_MODELS, MODELS, CopModel
+from footcal_cli.core.bench.cop_models import CopFit, fit_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.effects.cells import CROSSTALK
 from footcal_cli.core.effects.foot import CELL_POSITION
@@ -166,7 +167,7 @@ class FootStudy:
     def effects(self) -> tuple[str, ...]:
         """Names of the effects that `estimates` are parameters of."""
         model = self.study.chosen.fit.model
-        if not model.physical:
+        if not model.physical or model.places_known:
             return ()
         mixed = model.with_forces and not model.with_gains
         return (CELL_POSITION.name, CROSSTALK.name) if mixed else (CELL_POSITION.name,)
@@ -227,12 +228,12 @@ def study_cop(rows: PlacementRows, models: tuple[CopModel, ...] | None = None) -
     cop_gain = force_gain = (0.0, 0.0)
     if physical is not None and empirical is not None:
         one, other = results[empirical], results[physical]
-        cop_gain = _gain(one.left_out, other.left_out)
-        force_gain = _gain(one.left_out_total, other.left_out_total)
+        cop_gain = gain_between(one.left_out, other.left_out)
+        force_gain = gain_between(one.left_out_total, other.left_out_total)
     return CopStudy(results, choice, physical, empirical, cop_gain, force_gain)
 
 
-def _gain(worse: HeldOut, better: HeldOut) -> tuple[float, float]:
+def gain_between(worse: HeldOut, better: HeldOut) -> tuple[float, float]:
     """Difference of mean squared errors over groups and its standard error."""
     difference = worse.mse_by_group() - better.mse_by_group()
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(difference.size))
@@ -333,6 +334,8 @@ def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Est
             return one.crosstalk
         return one.shares * rows.believed_scale
 
+    if fit.model.places_known:
+        return _gains(fit, rows, replicas)
     names = [f"{cell}.cell_correction_{axis}" for cell in rows.cells for axis in "xy"]
     units = ["m"] * len(names)
     if fit.model.with_forces:
@@ -345,3 +348,17 @@ def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Est
     covariance = (len(table) - 1) / len(table) * rest.T @ rest + loose.T @ loose
     status = (Status.ESTIMATED,) * len(names)
     return Estimates(tuple(names), tuple(units), read(fit), covariance, status)
+
+
+def _gains(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Estimates:
+    """Scales of cells that sit where they are believed, by the jackknife over placements."""
+    scale = np.ones(len(rows.cells)) if rows.believed_scale is None else rows.believed_scale
+    table = np.array([one.shares for one in replicas]) * scale
+    rest = table - table.mean(axis=0)
+    names = tuple(f"{cell}.scale" for cell in rows.cells)
+    status = tuple(
+        Status.ESTIMATED if share != 1.0 or not fit.model.single else Status.FIXED
+        for share in fit.shares
+    )
+    covariance = (len(table) - 1) / len(table) * rest.T @ rest
+    return Estimates(names, ("N/count",) * len(names), fit.shares * scale, covariance, status)

@@ -26,6 +26,7 @@ _FEWEST = 8
 """Differences asked for: of fewer nobody knows what is usual."""
 _FEWEST_FREE = 4
 """Loads less all coefficients, of which the scatter about a line with a step is known."""
+_ROUNDED = 1e-6
 _BROKEN = 2.5
 """A swing ends where rows are further apart than this many samples."""
 _NORMAL = 1.4826  # sd of a normal variable over its median |x|
@@ -97,7 +98,9 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
     ``F = (RSS − RSS_step) / (RSS_step / ν) ~ F(1, ν)``, Bonferroni over all steps. A reading that
     drifts gives a step as well, and others beside it. Outputs of a sensor held in one attitude
     after the other, and of a robot in one stance after the other, are each in units of what the
-    step leaves there.
+    step leaves there, by the loads less what the columns fit of that output alone (ν): an output
+    whose scatter they take up shows no step. Where neighbours are alike (correlation r from one
+    load to the next) the loads are worth ``(1 − r) / (1 + r)`` of their number, as for any mean.
     """
     several = len(problem.outputs) > 1 or problem.settings is not None
     apart = is_one_stream(problem) or problem.pieces
@@ -115,14 +118,16 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
         scaled = mean / of_row[:, None]
         onto, size, _ = np.linalg.svd(scaled[:, 1:], full_matrices=False)
         onto = onto[:, size > _RCOND * size.max(initial=0.0)]
-        free = mean.shape[0] - onto.shape[1] - 1
-        if free < _FEWEST_FREE:
+        free = blocks - 1.0 - np.sum(onto**2, axis=1).reshape(blocks, outputs).sum(axis=0)
+        sure = free > _FEWEST_FREE - _ROUNDED
+        if not sure.any():
             return Jump()
         rest = scaled[:, 0] - onto @ (onto.T @ scaled[:, 0])
         known = _from_each_on(onto, outputs)
         energy = whole - np.sum(known**2, axis=1)
         along = _from_each_on(rest[:, None], outputs)[:, 0]
-        taken = np.where(energy > _SHOWN * whole, along**2 / np.maximum(energy, _RCOND), 0.0)
+        seen_step = (energy > _SHOWN * whole) & np.tile(sure, blocks - 1)
+        taken = np.where(seen_step, along**2 / np.maximum(energy, _RCOND), 0.0)
         best = int(np.argmax(taken))
         at, output = divmod(best, outputs)
         step = np.zeros((blocks, outputs))
@@ -130,18 +135,22 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
         step_left = step.ravel() - onto @ known[best]
         most = along[best] / max(float(energy[best]), _RCOND)
         left = rest - most * step_left
-        rms = np.sqrt(np.mean(left.reshape(blocks, outputs) ** 2, axis=0))
-        unit = unit * np.maximum(rms, _RCOND * rms.max())
-    squares = max(float(left @ left), 1e-300)
-    own = float(np.sum(left.reshape(blocks, outputs)[:, output] ** 2))
-    usual = np.sqrt(squares / free)
+        squares = np.sum(left.reshape(blocks, outputs) ** 2, axis=0)
+        rms = np.sqrt(squares[sure] / free[sure])
+        unit[~sure] *= float(np.sqrt(squares[sure].sum() / free[sure].sum()))
+        unit[sure] *= np.maximum(rms, _RCOND * rms.max())
+    mine = left.reshape(blocks, outputs)[:, output]
+    own = max(float(mine @ mine), 1e-300)
+    usual, alike = np.sqrt(own / free[output]), max(0.0, float(mine[1:] @ mine[:-1]) / own)
+    longer = (1.0 + alike) / (1.0 - alike)
+    f, nu = taken[best] / usual**2 / longer, free[output] / longer
     time_s = problem.traces.time_s
     before, after = (time_s[problem.block == b] for b in (at, at + 1))
     noise = float(np.mean(problem.noise[problem.output == seen[output]]))
     later = 1.0 - (at + 1) / blocks
     moved = abs(float(most)) * float(of_row[output]) * noise * np.sqrt(later * (1.0 - later))
     return Jump(
-        p=min(1.0, taken.size * float(chances.f_sf(taken[best] / (squares / free), 1, free))),
+        p=min(1.0, taken.size * float(chances.f_sf(f, 1, nu))),
         after_s=float(before.min()),  # under which of the two loads, or in between
         before_s=float(after.max()),
         usual=usual * float(of_row[output]) * noise,

@@ -27,6 +27,7 @@ _OF_ONE_ROBOT = ("N", "Nm")
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
 _AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
+_AXIS_SURE = 5.0  # or of the residual, which tells of it whatever is usual
 _SHAPE_REACH = 2.0  # a shape moves at most by this factor per iteration
 _SHAPE_ACTS = (
     1e-3  # change of the residual, in noise, below which a shape that doubles does nothing
@@ -119,20 +120,24 @@ def _sizes_seen(
 ) -> list[bool]:
     """Named sizes, and other axes that these data tell from the named ones and from each other.
 
-    Those whose size, so many `times` the usual one, changes the residual.
+    Those whose size, so many `times` the usual one, changes the residual, or that surely do.
 
     An axis that carries nothing but noise would be given the gain that makes its noise small; one
     that differs from the rest only by what does not repeat between settings would be given any.
     """
     named = [f.named and not f.is_shape for f in freed]
     fitted, settings = np.hstack([calibration, columns[:, named]]), problem.settings
+    residual = np.pad(problem.residual, (0, len(columns) - len(problem.residual)))
+    both = np.column_stack([columns, residual])
     if settings is None:
         basis = orthonormal(fitted, _RANK)
-        left = columns - basis @ (basis.T @ columns)
+        both = both - basis @ (basis.T @ both)
     else:
         own = np.pad(settings.columns, ((0, len(columns) - len(settings.columns)), (0, 0)))
         groups = settings.rows(np.arange(len(settings.columns)))
-        left = beside_settings(fitted, columns, own, groups, settings.shown)
+        both = beside_settings(fitted, both, own, groups, settings.shown)
+    left, rest = both[:, :-1], both[:, -1]
+    sure = _AXIS_SURE * max(1.0, float(np.sqrt(np.mean(rest**2))))
     usual = times * np.array([f.parameter.prior_sd for f in freed])
     size = np.sqrt(np.sum(columns**2, axis=0))
     seen = list(named)
@@ -140,7 +145,8 @@ def _sizes_seen(
         shown = float(np.sqrt(left[:, i] @ left[:, i]))
         if freed[i].is_shape or named[i]:
             continue
-        if shown > _AXIS_SEEN * size[i] and shown * usual[i] > _AXIS_TOLD:
+        tells = shown * usual[i] > _AXIS_TOLD or abs(left[:, i] @ rest) > sure * shown
+        if shown > _AXIS_SEEN * size[i] and tells:
             seen[i] = True
             unit = left[:, i] / shown
             left = left - np.outer(unit, unit @ left)

@@ -9,7 +9,9 @@ import numpy as np
 
 from footcal_cli.core.centroidal import MIN_FORCE_N, Reference
 from footcal_cli.core.contact import Reason, Validity, gait_cycles, judge
+from footcal_cli.core.effects.contract import Scope, columns_of
 from footcal_cli.core.effects.memory_effects import BIAS_JUMP
+from footcal_cli.core.experiments.walk import channel_contact, reference_of
 from footcal_cli.core.online.belief import Belief
 from footcal_cli.core.online.evidence import (
     SETTLING_S,
@@ -44,12 +46,15 @@ from footcal_cli.core.online.replay import (
     corrected,
 )
 from footcal_cli.core.online.streams import Merged
-from footcal_cli.core.online.weighed import Weighed, weighed_walking
+from footcal_cli.core.online.weighed import Weighed, weighed_by_each_foot, weighed_walking
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray
 from footcal_cli.core.plausibility import check_gains
 from footcal_cli.core.quality import Finding
 
 _OUTLIER_SD = 6.0
+
+_TAUGHT = 0.25
+"""Share of the variance of a common gain that a walk must leave at most, to ask for a mass."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +167,16 @@ class ReplayedWalk:
         track, c = self.memory.track, len(self.belief.channels)
         mass_kg = float(self.merged.log.known["mass_kg"][0])
         gain, covariance = track.values[-1, :c], track.covariance[:c, :c]
-        return weighed_walking(self.belief, gain, covariance, self.memory.repeated, mass_kg)
+        log = self.merged.log
+        by_foot = weighed_by_each_foot(
+            self.belief.forces(log.readings), channel_contact(log),
+            columns_of(Scope.FOOT, log.channels), reference_of(log).fz_n, self.belief.gain_sd,
+            mass_kg,
+        )  # fmt: skip
+        walked = weighed_walking(self.belief, gain, covariance, self.memory.repeated, mass_kg)
+        if by_foot is None or covariance.sum() < _TAUGHT * self.belief.covariance[:c, :c].sum():
+            return walked
+        return by_foot  # gains that were held ask for no mass
 
     def findings(self) -> Iterator[Finding]:
         """Jumps, wrong masses, scales and innovations, parameters that left their interval."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footcal_cli.core.bench.odd_gain import gain_finding, odd_gain_of
 from footcal_cli.core.checks.holes import check_placed
 from footcal_cli.core.diagnosis.labels import Elsewhere, Misloaded, misloaded, relabelled
 from footcal_cli.core.effects import having
@@ -30,11 +31,15 @@ from footcal_cli.intake.cases.shared import (
     needs_time,
 )
 from footcal_cli.intake.empty_plate import carried
+from footcal_cli.intake.placed_weights import believed_cells, read_placements
 from footcal_cli.intake.zeros import use_zeros
 from footcal_cli.recipe.options import DiagnoseOptions
 from footcal_cli.records.results import ParametersRecord
 from footcal_cli.tables.columns import placements_table
+from footcal_cli.tables.table import Table
 
+_CARRIES = 0.1
+"""Share of the largest weight from which cells carry one: below there is no CoP."""
 PLACEMENT_S = 20.0
 """How long a placement takes, about, where no stamp says it."""
 
@@ -106,6 +111,7 @@ def read(session: Session[DiagnoseOptions]) -> CaseRead:
     holes = holes_written(case, foot, hole, np.where(load != 0.0, name, ""))
     case = replace(case, written=Written(holes, unit, newtons))
     findings += [*_labels_found(elsewhere), *_loads_found(misloaded(case), case.written)]
+    findings += _gains_found(session, tables)
     untested, instead = _left_out_with(session, load), {}
     if not timed and not any(_sorted(log) for log in logs):
         instead = in_order(EXPERIMENT, "placement", PLACEMENT_S)
@@ -194,6 +200,25 @@ def _of_one_clock(stamps: FloatArray, placed: FloatArray) -> bool:
     """Whether placements follow one another by their stamps; not where each file begins at zero."""
     order = np.argsort(stamps, kind="stable")
     return bool(_in_a_row(placed[order]).max() <= _in_a_row(placed).max())
+
+
+def _gains_found(session: Session[DiagnoseOptions], tables: Sequence[Table]) -> list[Finding]:
+    """A cell whose gain alone explains what placements show of a calibration that is believed.
+
+    Placements that calibrated cells which no weights had measured hold no error of a gain any more.
+    """
+    robot = session.recipe.robot
+    if session.recipe.data_paths("weights") or robot.nameplate.scale_n_per_count is None:
+        return []
+    known = {} if session.parameters is None else session.parameters.calibrated_cells
+    believed = dict[str, tuple[float, float]]()
+    for one in believed_cells(robot, tables):
+        channel, scale = one.names[0].removesuffix(".scale"), float(one.values[0])
+        used, bias = known.get(channel, (scale, float(one.values[1])))  # zeros are these logs'
+        believed[channel] = (scale, bias * scale / used)
+    heaviest = max(float(np.abs(table.number("load_n")).max()) for table in tables)
+    logs = read_placements(tables, robot, believed, _CARRIES * heaviest, believed=True)
+    return [gain_finding(odd) for log in logs.values() if (odd := odd_gain_of(log.rows))]
 
 
 def _labels_found(elsewhere: Sequence[Elsewhere]) -> list[Finding]:

@@ -14,7 +14,7 @@ from footcal_cli.core.diagnosis.next_experiment import next_menu
 from footcal_cli.core.effects.cells import NONLINEARITY
 from footcal_cli.core.effects.contract import Effect
 from footcal_cli.core.effects.memory_effects import CREEP, HYSTERESIS
-from footcal_cli.core.quality import Finding, stopping
+from footcal_cli.core.quality import CAUSES, Finding, stopping
 from footcal_cli.records.diagnosis import NextExperimentRecord
 from footcal_cli.records.results import VerdictRecord
 from footcal_cli.report import number
@@ -100,6 +100,11 @@ _ASKS = (Verdict.AMBIGUOUS, Verdict.UNKNOWN, Verdict.NAMED_UNKNOWN)
 """Verdicts that an experiment would sharpen."""
 
 
+def _small(sentence: str) -> str:
+    """A sentence behind a colon."""
+    return sentence[:1].lower() + sentence[1:]
+
+
 def answer_of(
     found: Investigation,
     table: Mapping[str, Effect],
@@ -124,6 +129,10 @@ def answer_of(
     uneven = [f for f in findings if f.code == UNEVEN]
     if uneven and kind is Verdict.UNKNOWN:
         sentence = f"{uneven[0].where} is unlike the other cells: {uneven[0].sentence}."
+    sure = [f for f in findings if f.code in CAUSES] if kind is Verdict.NONE else []
+    if sure:
+        said = "; ".join(f"{f.where}: {f.sentence}" for f in sure)
+        sentence = f"Found before the search: {said}. Apart from that: {_small(sentence)}"
     actions = remedies(found) if kind in (Verdict.NAMED, Verdict.NAMED_UNKNOWN) else []
     tested = any(r.status is not EffectStatus.NOT_TESTABLE for r in found.rounds[0].effects)
     if experiment is not None and kind is Verdict.AMBIGUOUS:
@@ -132,7 +141,7 @@ def answer_of(
         actions.append(f"Run next, to learn more: {' – or '.join(sharpening(menu))}.")
     return Answer(
         VerdictRecord(
-            level="good" if kind is Verdict.NONE and tested else "warning",
+            level="good" if kind is Verdict.NONE and tested and not sure else "warning",
             sentence=sentence,
             actions=tuple(actions),
             details=tuple(details),

@@ -124,7 +124,7 @@ def _cause_record(found: Investigation, item: Found) -> CauseRecord:
         rivals=tuple(dict.fromkeys(r.effect for r in cause.rivals)),
         places=tuple(dict.fromkeys(s.where for s in cause.places)),
         probability=cause.probability,
-        matters=matters(item, once=found.once),
+        matters=matters(found, item),
         remedy=remedy_of(found, item),
         written=found.case.written.named(signature),
     )  # fmt: skip

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.diagnosis.answer import EffectStatus
-from footcal_cli.core.diagnosis.gain import main_gain
+from footcal_cli.core.diagnosis.gain import Gain, main_gain
 from footcal_cli.core.diagnosis.investigation import Found, Investigation
 from footcal_cli.core.effects.contract import is_six_axis
 from footcal_cli.core.inference.evidence import Interval
@@ -231,13 +231,18 @@ def _plain(reason: str) -> str:
     return reason.split(";")[0]
 
 
-def matters(item: Found, *, once: bool = False) -> bool:
+def matters(found: Investigation, item: Found) -> bool:
     """Whether a cause is as large as what matters: another question than whether it is there.
+
+    By its own size, or, if it is alone, by an error that it surely makes smaller: one component of
+    several may be small.
 
     Of a set, whether any of it is: the loop that stands for a gain that changed may be narrow. What
     happened once is as large as it is, whatever a calibration that is tracked takes up of it.
     """
-    signature = item.cause.signature
+    signature, once = item.cause.signature, found.once
+    if len(found.found) == 1 and any(_is_worth_it(found, gain) for gain in found.gains):
+        return True
     rows = {r.signature.effect: r for r in reversed(item.answer.effects)}
     if signature.effect not in rows:
         return True
@@ -249,7 +254,14 @@ def matters(item: Found, *, once: bool = False) -> bool:
 
 def something_matters(found: Investigation) -> bool:
     """Whether any named cause is as large as what matters."""
-    return any(matters(item, once=found.once) for item in found.found)
+    return any(matters(found, item) for item in found.found)
+
+
+def _is_worth_it(found: Investigation, gain: Gain) -> bool:
+    """Whether what an error surely loses is as large as what matters."""
+    smallest = found.case.tolerance_nm if gain.unit == "Nm" else found.case.tolerance_n
+    bought = max(gain.before**2 - gain.after**2, 0.0)
+    return bool(gain.change.low > 0.0 and bought >= smallest**2)
 
 
 def alike_by_law(rival: str, where: str, mine: str) -> str:
