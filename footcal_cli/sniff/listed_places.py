@@ -28,9 +28,9 @@ _THREE = (
     rf"(?:[xX]\s*[=:]\s*)?(?P<x>{_NUMBER}){_BETWEEN}(?P<y>{_NUMBER})(?:{_BETWEEN}(?P<z>{_NUMBER}))?"
 )
 _ROW = re.compile(
-    rf"^[\s|*+-]*`?{_NAME}`?\s*(?:\((?P<said>[^()|\d]*)\)\s*)?"
+    rf"^[\s|*+-]*`?{_NAME}`?\s*(?:\((?P<said>[^()|\d]*|[^\W\d]+\d+)\)\s*)?"
     rf"(?:(?P<apart>[:|=]|\bat\b)(?:[^|\d]*\|)?|(?<=\s)\s|\t)"
-    rf"[\s|(\[]*{_THREE}\s*(?:mm|cm|m|in)?[\s|)\].;,]*$"
+    rf"[\s|(\[]*{_THREE}\s*(?:mm|cm|m|in)?[\s|)\].;,]*(?:\([^()|]*\)[\s|.;,]*)?$"
 )
 """A line for each place: its name, then two or three numbers and nothing else.
 
@@ -149,10 +149,10 @@ def grid_in(path: Path, text: str) -> FileGuess | None:
     whole = "\n".join(lines)  # a list may go on in the next line
     for found in _RUN.finditer(whole):
         names = _run(found["first"], found["last"])
-        if numbers := _listed(found["list"], len(names)):
+        if listed := _listed(found["list"], len(names)):
             said.append(whole[: found.start()].count("\n"))
             kind = at.setdefault("1" if names[0].isdigit() else "A", {})
-            kind.setdefault(found["axis"].lower(), dict(zip(names, numbers, strict=True)))
+            kind.setdefault(found["axis"].lower(), dict(zip(names, listed, strict=True)))
     for found in (f for i in {*said} for f in _ONE.finditer(_RUN.sub("", lines[i]))):
         kind = at.setdefault("1" if found["name"].isdigit() else "A", {})
         kind.setdefault(found["axis"].lower(), {})[found["name"]] = _number(found["number"])
@@ -293,9 +293,10 @@ def _sheet(
 
 
 def _called(found: re.Match[str]) -> str:
-    """The name of a place: the shorter of two that say the same, ``venstre for (VF)``."""
+    """The name of a place: the shorter of two, ``venstre for (VF)``, ``cell 1 (ch1)``."""
     name, said = found["name"].strip(), (found["said"] or "").strip()
-    return said if said.isupper() and " " in name and " " not in said else name
+    is_name = said.isupper() or said[-1:].isdigit()
+    return said if is_name and " " in name and " " not in said else name
 
 
 def _in_cells(lines: Sequence[str]) -> list[_Place]:

@@ -21,8 +21,8 @@ from footcal_cli.sniff.hole_sheets import called_in, with_sheet
 from footcal_cli.sniff.indexed import rows_of_files
 from footcal_cli.sniff.names import NameGuess, name_guess
 from footcal_cli.sniff.numbered import numbered
-from footcal_cli.sniff.placed import one_place_each
-from footcal_cli.sniff.plan import Entry
+from footcal_cli.sniff.placed import WEIGHT, one_place_each
+from footcal_cli.sniff.plan import Entry, extras, load_entry, times
 from footcal_cli.sniff.shared_weight import LEAST_CELLS, LEAST_PLACES
 from footcal_cli.sniff.tokens import IN_WORDS
 from footcal_cli.sniff.units import known_unit
@@ -59,11 +59,14 @@ def _part(
     cells = readings(first)
     if len(group) < LEAST_PLACES or len(cells) < LEAST_CELLS or wrenches(numbered(first)):
         return None
-    if first.of("load", "hole", "com", "placement"):
+    if first.of("hole", "com", "placement"):
         return None
     names = Names.of(called([file.path for file in group]))
     sheets = [sheet for sheet in others if called_in(sheet)]
     words = [known for sheet in sheets for known in called_in(sheet)]
+    loads = first.of("load")
+    if loads and not [*_in_names(group, words)]:
+        return None
     said = [_said_above(file) for file in group]
     keys = [k for k in said[0] if all(k in own for own in said[1:])]
     columns = [
@@ -79,16 +82,28 @@ def _part(
     units = {known_unit(own[k]) for own in said for k in own if _UNIT_SAID.fullmatch(k)}
     unit = units.pop() if len(units) == 1 else None
     table = _table(group, unit)
+    if loads:  # stacks on one spot in each file: the plan is that of its places
+        columns = [c for c in columns if c.quantity in ("placement", "hole")]
     plan = plan_of(replace(first, columns=(*columns, *table), rows=len(group), rate_hz=None))
     if plan is None or plan.role != "placements":
         return None
     used = [] if index is None else [index[0]]
     for sheet in sheets:
         placed = with_sheet(plan, sheet)
-        used += [sheet] if placed is not plan else []
+        spots = {word for c in columns for word in c.words}
+        # cells may stand in it too
+        used += [sheet] if placed is not plan and sheet.rows <= max(len(spots), 1) else []
         plan = placed
     own = {c.column: c for c in columns}
     entries = {name: _by_file(e, own, names) for name, e in plan.entries.items()}
+    if loads:
+        put, asked = load_entry(loads[0])
+        whole = {c.column: c for c in first.columns}
+        entries = {n: replace(e, column=whole.get(e.column.column, e.column)) if e.column else e
+                   for n, e in entries.items()}  # fmt: skip
+        entries |= {"load_n": put, **times(first, needed=False)[0], **extras(first)}
+        blanks = (*(b for b in plan.blanks if b is not WEIGHT), *asked)
+        plan = replace(plan, blanks=blanks)
     kind = f"{plan.kind}, a file for each placement"
     plan = replace(plan, file=first, entries=entries, kind=kind)
     return Part(plan, tuple(file.path for file in group), names.match), used
@@ -129,9 +144,10 @@ def _label(key: str, texts: Sequence[str]) -> ColumnGuess:
 def _in_names(group: Sequence[FileGuess], words: Sequence[set[str]]) -> Iterator[ColumnGuess]:
     """Names of holes that a sheet places, where each file is called after one."""
     for known in words:
-        plain = {word.lower(): word for word in known}
-        parts = [re.split(r"[\W_]+", file.path.stem.lower()) for file in group]
-        own = [[plain[p] for p in names if p in plain] for names in parts]
+        plain = {"_".join(re.split(r"[\W_]+", word.lower())): word for word in known}
+        stems = ["_".join(re.split(r"[\W_]+", file.path.stem.lower())) for file in group]
+        own = [[word for p, word in plain.items() if re.search(rf"(?:^|_){re.escape(p)}(?:_|$)", stem)]
+               for stem in stems]  # fmt: skip
         if all(len(found) == 1 for found in own) and len({f[0] for f in own}) >= LEAST_PLACES:
             column = _label("hole", [f[0] for f in own])
             yield replace(column, why="the files' names")

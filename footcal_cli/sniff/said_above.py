@@ -129,7 +129,7 @@ def _masses(above: Sequence[str]) -> dict[float, str]:
     """Masses in kg of all that stands there -> the line that says each."""
     found = {}
     for line in above:
-        of_a_part = _OF_A_PART.search(_without_remark(line))
+        of_a_part = bool(_OF_A_PART.search(_without_remark(line)))
         for said in _MASS.finditer(line):
             if _is_of_a_part(line, said.start("number")):
                 continue

@@ -43,8 +43,8 @@ def test_of_a_set_any_effect_that_is_large_matters(
     cause = SimpleNamespace(
         signature=rows[0].signature, size=rows[0].size, rivals=rivals
     )  # fmt: skip
-    item = SimpleNamespace(cause=cause, answer=SimpleNamespace(effects=rows))
-    assert matters(cast(Any, item)) is expected
+    item = cast(Any, SimpleNamespace(cause=cause, answer=SimpleNamespace(effects=rows)))
+    assert matters(_found(item), item) is expected
 
 
 def test_what_happened_once_is_as_large_as_it_is() -> None:
