@@ -153,6 +153,8 @@ def check_shares(
     found = right.T @ (left.T @ load / singular)
     noise = np.sqrt(np.sum((load - design @ found) ** 2) / (len(load) - count - 1))
     sd = noise * np.sqrt(np.sum((right.T / singular) ** 2, axis=1))[:count] / size
+    holds = np.unique(load.round(3)).size + np.count_nonzero(np.diff(load))
+    sd *= max(1.0, np.sqrt(len(load) / holds))  # rows of one hold share its error
     share = found[:count] / size
     typical = float(np.median(share))
     if not calibrated:

@@ -7,7 +7,15 @@ from functools import partial
 
 import numpy as np
 
-from footcal_cli.formats.contract import CHUNK_ROWS, Array, Arrays, Stream, seconds, time_column
+from footcal_cli.formats.contract import (
+    CHUNK_ROWS,
+    Array,
+    Arrays,
+    Stream,
+    component_names,
+    seconds,
+    time_column,
+)
 
 _MOST_COLUMNS_OF_A_MATRIX = 64
 
@@ -78,6 +86,8 @@ def _columns(name: str, array: Array, lengths: set[int]) -> Arrays | str:
         return f"{name} ({array.dtype})"
     if array.ndim == 0 or array.size <= 1:
         return f"{name} (one value)"
+    if array.ndim == len("ijt") and sorted(array.shape)[:2] == [3, 3]:
+        return _of_rotations(name, array)
     if array.ndim > 2:
         return f"{name} ({' x '.join(str(n) for n in array.shape)})"
     if array.ndim == 1:
@@ -88,7 +98,13 @@ def _columns(name: str, array: Array, lengths: set[int]) -> Arrays | str:
         array = array.T
     if array.shape[1] > _MOST_COLUMNS_OF_A_MATRIX:
         return f"{name} ({array.shape[0]} x {array.shape[1]})"
-    return {f"{name}_{i}": array[:, i] for i in range(array.shape[1])}
+    return dict(zip(component_names(name, array.shape[1]), array.T, strict=True))
+
+
+def _of_rotations(name: str, array: Array) -> Arrays:
+    """A 3 x 3 matrix in each row, ``R_11`` … ``R_33``, rows along the longest axis."""
+    each = np.moveaxis(array, int(np.argmax(array.shape)), 0)
+    return {f"{name}_{i + 1}{j + 1}": each[:, i, j] for i in range(3) for j in range(3)}
 
 
 def _parent(columns: Arrays) -> str:

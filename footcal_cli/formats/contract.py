@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
@@ -22,6 +23,7 @@ ClockOf = Literal["header", "log"]
 CHUNK_ROWS = 50_000
 """Rows that are held in memory at a time where a file can be read in pieces."""
 
+_LONGEST_UNIT = 5
 _SUFFIXES: Mapping[str, str] = {
     "n": "n", "newton": "n", "newtons": "n", "kn": "kn", "mn": "mn", "kgf": "kgf", "lbf": "lbf",
     "kg": "kg", "g": "g", "nm": "nm", "n*m": "nm", "n.m": "nm", "n·m": "nm", "n-m": "nm",
@@ -107,6 +109,34 @@ def with_unit(name: str, unit: str) -> str:
     """
     suffix = _SUFFIXES.get(unit.strip().lower().replace(" ", ""))
     return name if suffix is None or name.lower().endswith(f"_{suffix}") else f"{name}_{suffix}"
+
+
+_VECTORS = ("m", "mm", "cm", "n", "nm", "nms", "mps", "mps2")
+"""Units of three numbers that are a vector's, if no word says that they are cells."""
+_QUATERNION = re.compile(r"(?i)(?:quat|rot|ori|att).*?(?P<order>xyzw|wxyz)$")
+_OF_CELLS = re.compile(r"(?i)cell|zelle|cella|celda|cellule|lc|fsr|gauge|load|joint|q$")
+
+
+def component_names(name: str, count: int) -> list[str]:
+    """Names of the numbers of a list, its unit last: ``pos_x_m``, ``joints_0_deg``, ``data_0``.
+
+    Three numbers in a unit of vectors are x, y and z.
+
+    >>> component_names("pos_m", 3)
+    ['pos_x_m', 'pos_y_m', 'pos_z_m']
+    """
+    order = _QUATERNION.search(name)
+    if order and count == len("xyzw"):
+        return [
+            f"{name[: order.start('order')].rstrip('_.')}_{axis}" for axis in order["order"].lower()
+        ]
+    stem, _, unit = name.rpartition("_")
+    known = unit.lower() in _SUFFIXES or unit.lower() in _VECTORS
+    if not stem or not known or len(unit) > _LONGEST_UNIT:
+        return [f"{name}_{i}" for i in range(count)]
+    vector = count == len("xyz") and unit.lower() in _VECTORS
+    axes = "xyz" if vector and not _OF_CELLS.search(stem) else map(str, range(count))
+    return [f"{stem}_{axis}_{unit}" for axis in axes]
 
 
 def seconds(stamps: Array, column: str) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from footcal_cli.errors import DataError
-from footcal_cli.formats.contract import CHUNK_ROWS, Arrays, ClockOf
+from footcal_cli.formats.contract import CHUNK_ROWS, Arrays, ClockOf, component_names
 
 _SUFFIX: Mapping[tuple[str, str], str] = {
     ("Wrench", "force"): "n", ("Wrench", "torque"): "nm",
@@ -95,7 +95,9 @@ def _walk(
             if len(value) == 0 or not isinstance(value[0], (bool, int, float, np.number)):
                 left_out.append(f"{full} (empty, or no list of numbers)")
                 continue
-            values |= {f"{full}_{i}{end}": number for i, number in enumerate(value)}
+            names = (component_names(full, len(value)) if not end
+                     else [f"{full}_{i}{end}" for i in range(len(value))])  # fmt: skip
+            values |= dict(zip(names, value, strict=True))
         elif value is not None:
             left_out.append(f"{full} ({type(value).__name__})")
 

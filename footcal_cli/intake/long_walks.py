@@ -25,7 +25,7 @@ from footcal_cli.intake.recordings import (
     prior_belief,
     require_feet_of_cells,
 )
-from footcal_cli.intake.streams import body_stream_of, sensor_stream_of
+from footcal_cli.intake.streams import body_stream_of, has_momentum, sensor_stream_of
 from footcal_cli.intake.walk_length import pieces_of
 from footcal_cli.intake.wiring import wiring_of
 from footcal_cli.intake.zeros import use_zeros
@@ -284,7 +284,7 @@ class LongWalk:
         """Pieces of the body's stream, stamps increasing."""
         for table in self.read(body_table(self.feet), "body"):
             self._names["body"] = table.path.name
-            self._no_momentum = "angmom_rate_x_nm" not in table
+            self._no_momentum = not has_momentum(table)
             yield self._body.increasing(body_stream_of(table, self.feet))
 
     def _truths(self, path: Path) -> Iterator[SensorStream]:

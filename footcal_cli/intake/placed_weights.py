@@ -19,7 +19,7 @@ from footcal_cli.core.bench.placement_rows import (
     filmed_visits,
     holes_of,
 )
-from footcal_cli.core.bench.shared_loads import common_scale
+from footcal_cli.core.bench.shared_loads import common_scale, zeros_seen
 from footcal_cli.core.parameters import BoolArray, Estimates, FloatArray, IntArray, Status
 from footcal_cli.core.quality import Finding
 from footcal_cli.errors import UsageError, nearest
@@ -119,6 +119,8 @@ def believed_cells(robot: Robot, tables: Sequence[Table]) -> list[Estimates]:
         scale = plate.scale_n_per_count
         if scale is None or _far_off(scale * (counts - plate.zero_counts), load[:, 0]):
             scale, bias = common_scale(counts, load[:, 0], hole, places, scale)
+        elif (zeros := zeros_seen(counts, load[:, 0], hole)) is not None:
+            bias = -scale * zeros
         else:
             bias = np.full(len(columns), -scale * plate.zero_counts)
         sd = plate.scale_relative_sd if plate.scale_n_per_count is not None else _ALIKE

@@ -27,7 +27,12 @@ from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.continued import with_parts_joined
-from footcal_cli.intake.streams import body_stream_of, no_body, sensor_stream_of
+from footcal_cli.intake.streams import (
+    body_stream_of,
+    has_momentum,
+    no_body,
+    sensor_stream_of,
+)
 from footcal_cli.intake.wiring import wiring_of
 from footcal_cli.intake.zeros import Zeros, use_zeros
 from footcal_cli.recipe import Foot, Robot
@@ -158,7 +163,7 @@ def _read_one(
     session.note(wiring_of(merged, belief, experiment))
     return Recording(
         merged, belief, feet, table.path.name, body is None,
-        body is None or "angmom_rate_x_nm" not in body, _temperature(table, stream, merged),
+        body is None or not has_momentum(body), _temperature(table, stream, merged),
     )  # fmt: skip
 
 
@@ -197,6 +202,8 @@ def _checked_cells(
     start_n = belief.scale_n_per_count * stream.readings + belief.bias_n
     note_carried(session, start_n, table.path.name, walking=experiment == "walk")
     if session.parameters is None:
+        if experiment == "walk" and "bias_sd_n" not in robot.nameplate.model_fields_set:
+            belief = belief.with_zeros_in_the_air(start_n)
         return stream, belief, cells_in_feet(robot)
     warmth = table.number("temperature_degc") if "temperature_degc" in table else None
     undone = without_cell_effects(stream, session.parameters, robot, warmth, moving=moving)

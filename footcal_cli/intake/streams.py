@@ -58,6 +58,7 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
         if "angmom_rate_x_nm" in table
         else np.zeros((n, 2))
     )
+    momenta = ["angmom_x_nms", "angmom_y_nms"]
     return BodyStream(
         time_s=table.number("time_s"),
         com_m=triple("com_{}_m"),
@@ -66,12 +67,20 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
         ),
         com_vel_mps=triple("com_vel_{}_mps") if "com_vel_x_mps" in table else None,
         angmom_rate_nm=momentum,
+        angmom_nms=(
+            possible(momenta) if momenta[0] in table and "angmom_rate_x_nm" not in table else None
+        ),
         feet_m=np.stack([triple(f"{foot}_foot_{{}}_m") for foot in feet], axis=1),
         feet_yaw_rad=np.stack(yaws, axis=1),
         feet_rot=np.stack(rotations, axis=1),
         imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
         imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
     ).without_skipped()
+
+
+def has_momentum(table: Table) -> bool:
+    """Whether a body's stream knows its angular momentum, or the rate of that."""
+    return "angmom_rate_x_nm" in table or "angmom_x_nms" in table
 
 
 def no_body(stream: SensorStream, feet: int) -> BodyStream:

@@ -42,7 +42,8 @@ def stream_findings(recording: Recording, *, walking: bool = True) -> Iterator[F
         yield Finding(
             "no_angular_momentum", "note", recording.name,
             f"the log has no rate of angular momentum: it is {_estimated_as(walking)}",
-            "log angmom_rate_x_nm and angmom_rate_y_nm from the robot's model",
+            "log angmom_rate_x_nm and angmom_rate_y_nm, or angmom_x_nms and angmom_y_nms, from the "
+            "robot's model",
         )  # fmt: skip
 
 

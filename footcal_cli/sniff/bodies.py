@@ -167,8 +167,11 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     used = {c.column for m in roles.values() for c in m.axes.columns.values()}
     used |= {c.column for axes in frames.values() for c in axes.columns.values()}
     spare = [m for m in others if m.axes.columns["x"].column not in used]
+    momenta = [m for m in spare if _is_momentum(m, file.text.above)]
     if (rate := _momentum_rate(com, spare, file.text.above)) is not None:
         roles["rate"] = rate
+    elif len(momenta) == 1:
+        roles["momentum"] = momenta[0]
     middle = np.mean([f.values[:, :2] for f in feet], axis=0)
     way = np.interp(seconds, at, middle[:, 0]) + 1j * np.interp(seconds, at, middle[:, 1])
     read = {
@@ -187,11 +190,10 @@ def _body_of(file: FileGuess) -> BodyLog | None:
     left = {c.column for m in others for c in m.axes.columns.values()}
     left |= {c.column for axes in turned for c in axes.columns.values()}
     left -= {c.column for c in file.of("force")}
-    momenta = {c.column for m in others if _is_momentum(m, file.text.above)
-               for c in m.axes.columns.values()}  # fmt: skip
+    other = {c.column for m in momenta for c in m.axes.columns.values()}
     marked = replace(file, columns=tuple(
         columns[c.column] if c.column in columns
-        else c.as_quantity("other", "likely", _MOMENTUM) if c.column in left & momenta
+        else c.as_quantity("other", "likely", _MOMENTUM) if c.column in left & other
         else c.as_quantity("other", "likely", "of the body's motion") if c.column in left else c
         for c in file.columns
     ))  # fmt: skip
@@ -330,8 +332,14 @@ def _times(moved: _Moving, scale: float) -> _Moving:
 def _is_momentum(moved: _Moving, above: Sequence[str]) -> bool:
     """Whether a vector is an angular momentum itself, in Nm s, by its name or a line above."""
     column, stem = moved.axes.columns["x"], moved.axes.before.strip("_. [(")
-    lines = [column.column, *(x for x in above if len(stem) > 1 and stem in x)]
-    return any(_NMS.search(line) for line in lines)
+    called = [word for word in (stem if len(stem) > 1 else "", column.column) if word]
+    lines = [x for x in above if any(_names(word, x) for word in called)]
+    return any(_NMS.search(line) for line in (column.column, *lines))
+
+
+def _names(word: str, line: str) -> bool:
+    """Whether a line speaks of a column or its stem, which is no part of another word."""
+    return re.search(rf"(?<![^\W_]){re.escape(word)}(?![^\W_])", line) is not None
 
 
 def _momentum_rate(com: _Moving, others: Sequence[_Moving], above: Sequence[str]) -> _Moving | None:

@@ -19,13 +19,14 @@ from footcal_cli.sniff.triples import MATRIX, ROLL_PITCH_YAW, Axes
 _HIGHEST_M, _HIGHEST_CM = 5.0, 150.0
 """Higher no CoM lies above the ground on which feet stand, in m and in cm."""
 _ROLES = {"com": "com_{}_m", "vel": "com_vel_{}_mps", "acc": "com_acc_{}_mps2",
-          "rate": "angmom_rate_{}_nm"}  # fmt: skip
+          "rate": "angmom_rate_{}_nm", "momentum": "angmom_{}_nms"}  # fmt: skip
 _QUANTITY: Mapping[str, Quantity] = {"com": "com", "acc": "com_acc"}
 _WHY = {
     "com": "above all feet",
     "vel": "follows the CoM's velocity",
     "acc": "follows the CoM's acceleration",
     "rate": "a moment that is zero on average",
+    "momentum": "an angular momentum: its rate is taken",
 }
 
 

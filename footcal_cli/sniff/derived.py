@@ -18,7 +18,7 @@ from footcal_cli.sniff.vocabulary import SCATTER
 
 _CENTRES = ("mean", "avg", "average", "median", "50%")
 _SUMMARIES = {*STATISTICS, "count", "n", "25%", "50%", "75%", "q1", "q2", "q3", "range"}
-_SCATTERS = {"std", "sd", "dev", "var", "variance", "rms", "sem", *SCATTER}
+SCATTERS = {"std", "sd", "dev", "var", "variance", "rms", "sem", *SCATTER}
 _LEAST_SUMMARIES = 2
 _EXTREMES = re.compile(r"[\W_]*(?:min|max|minimum|maximum)[\W_]*", re.IGNORECASE)
 _CENTRE = re.compile(r"[\W_]*(?:mean|avg|average|median)[\W_]*", re.IGNORECASE)
@@ -47,7 +47,7 @@ def _without_scatter(columns: list[ColumnGuess]) -> list[ColumnGuess]:
     or with one more word, the same for several (``std_LV_N`` next to ``F_LV_N``).
     """
     said = {c.column: frozenset(words_of(split_unit(c.column)[0])) for c in columns}
-    rests = {name: own - _SCATTERS for name, own in said.items() if own & _SCATTERS}
+    rests = {name: own - SCATTERS for name, own in said.items() if own & SCATTERS}
     means = [own - set(_CENTRES) for name, own in said.items() if name not in rests]
     more = [{own - rest for own in means if rest and rest < own} for rest in rests.values()]
     alike = [own for own in set[frozenset[str]]().union(*more) if len(own) == 1]
@@ -58,6 +58,8 @@ def _without_scatter(columns: list[ColumnGuess]) -> list[ColumnGuess]:
         rest = rests.get(column.column)
         if rest is None:
             return False
+        if not {w for w in rest if not w.isdigit()} and len(said[column.column]) > 1:
+            return True  # nothing but words of scatter: dev_std_0
         return rest in means or (several and any(own - rest == shared for own in means))
 
     return [

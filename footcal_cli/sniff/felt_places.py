@@ -14,7 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+from footcal_cli.sniff.derived import SCATTERS
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
+from footcal_cli.sniff.names import words_of
 from footcal_cli.sniff.shared_weight import LEAST_CELLS
 from footcal_cli.sniff.units import split_unit
 from footcal_cli.sniff.which_cell import one_cell_moves
@@ -91,6 +93,8 @@ def _of_one_stem(file: FileGuess) -> list[dict[str, ColumnGuess]]:
         if column.values is None or column.quantity not in _READ:
             continue
         name = split_unit(column.column)[0].strip().lower()
+        if SCATTERS & {*words_of(name)}:
+            continue  # of what was averaged
         parts = re.fullmatch(r"(.*?)[_\W]*(\d+)", name) or re.fullmatch(r"(.*?)[_\W]+(\w+)", name)
         if parts is not None:
             found.setdefault(parts[1], {})[parts[2]] = column

@@ -46,7 +46,7 @@ _MOMENTUM_RATE = re.compile(r"(?:d[lh]|[lh]dot)([xyz])")
 _FEET = {"foot", "feet", "lfoot", "rfoot", "footl", "footr", "ankle", *SOLES}
 _LEGS = {"fl", "fr", "ml", "mr", "hl", "hr", "rl", "rr"}
 _BEHIND = {"ml", "mr", "hl", "hr", "rl", "rr"}
-_AT = {"pos", "position", "p", "x", "y", "z", "yaw"}
+_AT = {"pos", "position", "p", "x", "y", "z", "yaw", "w", "q", "quat", "quaternion", "orientation"}
 """All that the name of a foot's place says besides which foot: ``left.pos.x``."""
 _ATTITUDES = ("quaternion", "angle", "matrix", "gravity")
 _NO_PLACE = {"force", "cop", "acceleration", "com", "com_acc", "quaternion", "angle"}

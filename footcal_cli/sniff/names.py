@@ -100,6 +100,7 @@ _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "es
 FORCE = {"force", "forces", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила",
          "力"}  # fmt: skip
 TORQUE = {"torque", "torques", "moment", "moments", "tau", "drehmoment", "m", "t", "couple",
+          "coppia", "coppie",
           "момент", "力矩", "扭矩", "モーメント", "トルク"}  # fmt: skip
 NOISE = {
     "field", "wrench", "header", "data", "fsr", "sensor", "value", "device", "sub", "list", "raw",
@@ -281,7 +282,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     last = words[-1] if words else ""
     axis = _AXIS.fullmatch("".join(words[-1:])) or _AXIS.fullmatch("".join(words[-2:]))
     kinds = {w for w in words if w in FORCE or w in TORQUE}
-    if "cop" in words or re.search(r"cop_?[xyzap]", stem.lower()):
+    if "cop" in words or re.search(r"cop_?[xyzap](?![a-z]{2})", stem.lower()):
         found = re.search(r"(?:cop)[\W_]*([xyzap])|([xy])[\W_]*cop", stem.lower())
         letter = (found[1] or found[2]) if found else last[:1]
         return "cop", {"a": "x"}.get(letter, letter), {"cop", "x", "y", "copx", "copy"}

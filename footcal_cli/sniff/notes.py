@@ -34,12 +34,12 @@ _WORD = re.compile(r"[^\W\d_]{2,}")
 _SENTENCE, _PROSE = 5, 0.3
 """Words of a line that is written, and the share of such lines in notes."""
 _TABLE = re.compile(r"^\s*\|?[ :]*-{3,}[ :]*\||^\s*\|.*\|", re.MULTILINE)
-_PAIR = re.compile(r"^\s*\|\s*([^|]*[^\W\d][^|]*?)\s*\|\s*([^|]*\d[^|]*?)\s*\|\s*$")
-"""A row of two: what is said, and its number."""
+_PAIR = re.compile(r"^\s*\|\s*([^|]*[^\W\d][^|]*?)\s*\|\s*([^|]*\w[^|]*?)\s*\|\s*$")
+"""A row of two: what is meant, and what is said of it."""
 _AXES = re.compile(r"(?im)^\s*\|.*\|\s*x\b[^|]*\|\s*y\b[^|]*\|")
 _MARKED = re.compile(r"^[\s#>*+-]+|[*`]+")
 """Signs of headings, lists and emphasis."""
-_ENDS = re.compile(r"(?<=[;!])\s+|(?<=\.)\s+(?=[^a-z])")
+_ENDS = re.compile(r"(?<=[;!])\s+|(?<=[^.]\.)\s+(?=[^a-z])")
 """Ends of sentences; behind ``incl.`` one goes on."""
 _FORCES, _TORQUES = {*WEIGHTS, "kgf", "gf", "lbf", "daN", "ozf"}, {"Nm", "mNm", "kNm", "Nmm", "Ncm"}
 _IN_FULL = re.compile(r"(?i)\b(?P<kilo>kilo)?gram(?:me?)?s?[- ]forces?")

@@ -11,6 +11,7 @@ import numpy as np
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import nearest_rotations
 from footcal_cli.sniff.couples import couples
+from footcal_cli.sniff.derived import SCATTERS
 from footcal_cli.sniff.groups import AXES, are_two_plates, owner_of
 from footcal_cli.sniff.guesses import ColumnGuess, FileGuess, numbers_of
 from footcal_cli.sniff.legs_in_rows import of_legs
@@ -134,7 +135,7 @@ def _wrenches(
         stem: c for stem, c in stems.items()
         if len(c) == 6 and _WRENCH_STEM.search(stem)
         and (not _NO_WRENCH.search(stem) or (name_guess(stem).side and _SAID_WRENCH.search(stem)))
-        and c[0].column not in taken
+        and c[0].column not in taken and not SCATTERS & {*words_of(stem)}
     }  # fmt: skip
     six = six or of_legs({k: c for k, c in stems.items() if c[0].column not in taken})
     nameless = [c for c in file.columns if c.column.startswith("column_")]

@@ -146,8 +146,7 @@ def _in_names(group: Sequence[FileGuess], words: Sequence[set[str]]) -> Iterator
     for known in words:
         plain = {"_".join(re.split(r"[\W_]+", word.lower())): word for word in known}
         stems = ["_".join(re.split(r"[\W_]+", file.path.stem.lower())) for file in group]
-        own = [[word for p, word in plain.items() if re.search(rf"(?:^|_){re.escape(p)}(?:_|$)", stem)]
-               for stem in stems]  # fmt: skip
+        own = [[word for p, word in plain.items() if f"_{p}_" in f"_{stem}_"] for stem in stems]
         if all(len(found) == 1 for found in own) and len({f[0] for f in own}) >= LEAST_PLACES:
             column = _label("hole", [f[0] for f in own])
             yield replace(column, why="the files' names")

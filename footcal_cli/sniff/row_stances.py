@@ -19,6 +19,7 @@ _MOST_ROWS, _LEAST_ROWS = 400, 4
 _CHANGES = 0.5
 """Squared steps from row to row as a share of twice the variance; of independent rows it is 1."""
 _COM = ("com_x_m", "com_y_m")
+_NO_STAMPS_HZ = 100.0
 _HELD_S = 3.0
 """How long a stance is taken to be held: the first second of a log is left out."""
 
@@ -34,20 +35,21 @@ def with_row_stances(plan: LogPlan) -> LogPlan:
               if n in _COM and e.column is not None and e.column.values is not None]  # fmt: skip
     means |= bool(places) and min(map(_changes, places)) > _CHANGES
     stands = plan.command == "static-init" or (plan.command == "online-replay" and means)
-    if plan.role != "cells" or not stands or plan.rate_hz is None:
+    if plan.role != "cells" or not stands or "time_s" in plan.entries:
         return plan
-    if not _LEAST_ROWS <= rows <= _MOST_ROWS or "time_s" in plan.entries:
+    if not _LEAST_ROWS <= rows <= _MOST_ROWS:
         return plan
     read = [numbers_of(e.column) for n, e in plan.entries.items()
             if n.endswith(("_counts", "_fz_n")) and e.column is not None
             and e.column.values is not None]  # fmt: skip
     if not read or float(np.median([_changes(values) for values in read])) < _CHANGES:
         return plan
-    layout = replace(plan.file.layout, row_lasts=round(_HELD_S * plan.rate_hz))
+    rate = plan.rate_hz or _NO_STAMPS_HZ
+    layout = replace(plan.file.layout, row_lasts=round(_HELD_S * rate))
     file = replace(plan.file, text=replace(plan.file.text, layout=layout))
     blanks = tuple(blank for blank in plan.blanks if blank is not NO_RATE)
     kind = f"{plan.kind}, a row for each stance"
-    return replace(plan, file=file, blanks=blanks, kind=kind, command="static-init")
+    return replace(plan, file=file, blanks=blanks, kind=kind, rate_hz=rate, command="static-init")
 
 
 def _changes(values: FloatArray) -> float:

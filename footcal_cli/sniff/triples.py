@@ -20,8 +20,8 @@ from footcal_cli.sniff.vocabulary import ANGLES
 
 _LETTER = re.compile(r"[xyzw](?![A-Za-z])", re.IGNORECASE)
 _BRACKETED = re.compile(r"(?P<stem>.+?)[ _.]?(?:\[(?P<at>\d)\]|\((?P<or>\d)\))")
-_BARE = re.compile(r"(?P<stem>.+)_(?P<at>[1-3])(?P<or>)")
-_COM_BARE = re.compile(r"(?i)(?:.*[\W_])?com(?:[\W_]?pos\w*)?_3")
+_BARE = re.compile(r"(?P<stem>.+)_(?P<at>[0-3])(?P<or>)")
+_COM_BARE = re.compile(r"(?i)(?:.*[\W_])?com(?:[\W_]?(?:pos|m)\w*)?_[23]")
 """``CoM_1``: where the CoM is numbered so, other vectors of the body are."""
 _NUMBER = re.compile(r"(\d+)(?=\D*$)")
 _ANGLE = re.compile("|".join(sorted(ANGLES, key=len, reverse=True)), re.IGNORECASE)

@@ -73,7 +73,7 @@ for _meaning, _spellings in _SPELLINGS.items():
 
 SCATTER = {
     "stdev", "stddev", "sdev", "stdabw", "standardabweichung", "streuung", "écarttype",
-    "ecarttype", "desvest", "desviación", "desviacion", "desvio", "deviazione", "odchylka",
+    "ecarttype", "desv", "desvest", "desviación", "desviacion", "desvio", "deviazione", "odchylka",
     "odchylenie", "keskihajonta", "hajonta", "standardavvik", "standardavvikelse",
     "standaardafwijking", "szórás", "scatter", "sigma", "标准差", "標準偏差",
 }  # fmt: skip

@@ -17,6 +17,7 @@ QUANTITIES: Sequence[Mapping[str, str]] = (
     {"n": "N", "mn": "mN", "kn": "kN", "kgf": "kgf", "lbf": "lbf"},
     {"kg": "kg", "g": "g"},
     {"nm": "N*m", "nmm": "N*mm"},
+    {"nms": "N*m*s"},
     {"m": "m", "cm": "cm", "mm": "mm"},
     {"s": "s", "ms": "ms", "us": "us", "ns": "ns"},
     {"rad": "rad", "deg": "deg"},
@@ -207,7 +208,8 @@ def placements_table(cells: Sequence[str]) -> TableType:
         (
             Column("foot", "which foot", kind="text"),
             Column("placement", "name of the placement", kind="text"),
-            *(Column(f"hole_{axis}_m", f"{axis} of the hole in the foot frame") for axis in "xy"),
+            Column("hole_x_m", "x of the hole in the foot frame", missing="keep"),
+            Column("hole_y_m", "y of the hole in the foot frame", missing="keep"),
             Column("load_n", "the known load"),
             *(Column(f"{cell}_counts", f"raw reading of cell {cell}") for cell in cells),
             Column("repeat", "number of the repetition", optional=True),
@@ -285,8 +287,17 @@ def body_table(feet: Sequence[str]) -> TableType:
         ("com_acc_{}_mps2", "xyz"),
         ("com_vel_{}_mps", "xyz"),
         ("angmom_rate_{}_nm", "xy"),
+        ("angmom_{}_nms", "xy"),
         ("imu_acc_{}_mps2", "xyz"),
         ("imu_gyro_{}_radps", "xyz"),
+    )
+    known = (
+        ("com_acc_{}_mps2", "its acceleration, gravity not included"),
+        ("com_vel_{}_mps", "its velocity, where there is no acceleration"),
+        ("angmom_rate_{}_nm", "angular momentum rate"),
+        ("angmom_{}_nms", "angular momentum, where there is no rate"),
+        ("imu_acc_{}_mps2", "specific force at the IMU"),
+        ("imu_gyro_{}_radps", "angular rate at the IMU"),
     )
     both = (("q", "xyzw"), ("r", NINE))
     frames = [(f"{foot}_foot_{kind}{{}}", axes) for foot in feet for kind, axes in both]
@@ -295,17 +306,7 @@ def body_table(feet: Sequence[str]) -> TableType:
         (
             Column("time_s", "time stamp"),
             *(stream(f"com_{a}_m", "centre of mass") for a in "xyz"),
-            *(
-                stream(f"com_acc_{a}_mps2", "its acceleration, gravity not included", True)
-                for a in "xyz"
-            ),
-            *(
-                stream(f"com_vel_{a}_mps", "its velocity, where there is no acceleration", True)
-                for a in "xyz"
-            ),
-            *(stream(f"angmom_rate_{a}_nm", "angular momentum rate", True) for a in "xyz"),
-            *(stream(f"imu_acc_{a}_mps2", "specific force at the IMU", True) for a in "xyz"),
-            *(stream(f"imu_gyro_{a}_radps", "angular rate at the IMU", True) for a in "xyz"),
+            *(stream(name.format(a), meaning, True) for name, meaning in known for a in "xyz"),
             *feet_columns,
         ),
         whole=tuple(tuple(name.format(a) for a in axes) for name, axes in (*vectors, *frames)),

@@ -239,7 +239,7 @@ def _canonical(
             data[name], read = canonical(raw[name], wanted[name], place, gravity_mps2, path)
             read_as += [read] if read is not None else []
         frame, lost = _with_readings(pd.DataFrame(data, copy=False), wanted, places, path)
-        frames.append(frame)
+        frames.append(_with_empty_plates(frame, wanted, path))
         findings += [*passed_over(places, path), *lost]
     frame = frames[0] if len(frames) == 1 else pd.concat(frames)
     if by_row:
@@ -252,6 +252,25 @@ def _canonical(
     frame = with_attitude(with_feet_turned(frame, path), table, path, world_up)
     frame = with_z_up(frame, world_up)
     return Table(frame, path, sha256, source, tuple(read_as), tuple(findings), beside)
+
+
+def _with_empty_plates(
+    frame: pd.DataFrame, wanted: Mapping[str, Column], path: Path
+) -> pd.DataFrame:
+    """Rows whose load is zero stand at no hole: an empty cell is the foot's origin there."""
+    for name in ("hole_x_m", "hole_y_m"):
+        if name not in wanted or "load_n" not in frame or name not in frame:
+            continue
+        nowhere = frame[name].isna().to_numpy()
+        lost = nowhere & (frame["load_n"].to_numpy() != 0.0)
+        if lost.any():
+            raise DataError(
+                "empty cell or NaN where a weight lies", file=path, column=name,
+                row=f"{int(np.flatnonzero(lost)[0]) + 1} of the table",
+                remedy=f"say {wanted[name].meaning}, or write 0 as the load of an empty plate",
+            )  # fmt: skip
+        frame[name] = frame[name].fillna(0.0)
+    return frame
 
 
 def _with_readings(

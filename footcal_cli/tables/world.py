@@ -28,7 +28,9 @@ TO_Z_UP: Mapping[WorldUp, FloatArray] = {
     "-x": np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
 }
 """Axis that points up in the log -> C."""
-_VECTOR = re.compile(r"(com|com_acc|com_vel|angmom_rate|base|\w+_foot)_([xyz])(_m|_mps2|_mps|_nm)")
+_VECTOR = re.compile(
+    r"(com|com_acc|com_vel|angmom_rate|angmom|base|\w+_foot)_([xyz])(_m|_mps2|_mps|_nm|_nms)"
+)
 _QUATERNION = re.compile(r"(body|base|\w+_foot)_q([xyzw])")
 
 

@@ -113,7 +113,8 @@ def test_an_angular_momentum_is_neither_a_foot_nor_a_rate(tmp_path: Path) -> Non
     said = replace(file.text, above=("`kaku_x/y/z` angular momentum about the CoM [Nms] (model)",))
     entries = _entries(replace(file, text=said))
     assert entries["left_foot_x_m"] in ("migi_ashi_x", "hidari_ashi_x")
-    assert not any(name.startswith("angmom") for name in entries)
+    assert not any(name.startswith("angmom_rate") for name in entries)
+    assert entries["angmom_x_nms"] == "kaku_x", "its rate is taken"
     assert _entries(file)["angmom_rate_x_nm"] == "kaku_x", "of itself it may be the rate"
 
 

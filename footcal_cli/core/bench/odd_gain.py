@@ -14,10 +14,10 @@ from footcal_cli.core.bench.cop_study import CopStudy, gain_between, study_cop
 from footcal_cli.core.bench.placement_rows import PlacementRows
 from footcal_cli.core.quality import Finding
 
-SHARE = 0.9
+SHARE = 0.85
 """Of what any physical model explains at left-out placements, in CoP and force, one gain does."""
-_SURE = 4.0
-"""Standard errors by which it must be better than none."""
+_SURE = 6.0
+"""Its sd by which it must differ from the others."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ def odd_gain(study: CopStudy, rows: PlacementRows) -> OddGain | None:
         (none.left_out, one.left_out, best.left_out),
         (none.left_out_total, one.left_out_total, best.left_out_total),
     ):
-        bought, sd = gain_between(before, after)
-        if not bought > _SURE * sd:
+        bought = gain_between(before, after)[0]
+        if not bought > 0.0:
             return None
         shares.append(bought / max(gain_between(before, least)[0], bought))
     cell = max(range(len(rows.cells)), key=lambda k: abs(one.fit.shares[k] - 1.0))
@@ -74,7 +74,8 @@ def odd_gain(study: CopStudy, rows: PlacementRows) -> OddGain | None:
     if min(shares) < SHARE or rows.believed_scale is None:
         return None
     believed = float(rows.believed_scale[cell])
-    return OddGain(rows.cells[cell], believed / scale - 1.0, believed * sd / scale**2, min(shares))
+    reads, sd = believed / scale - 1.0, believed * sd / scale**2
+    return OddGain(rows.cells[cell], reads, sd, min(shares)) if abs(reads) > _SURE * sd else None
 
 
 def gain_finding(odd: OddGain) -> Finding:

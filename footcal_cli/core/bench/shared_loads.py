@@ -5,7 +5,8 @@ Room: core.bench; asked by intake. With the reading :math:`c_i` of a cell at :ma
 
 .. math:: \sum_i (s c_i + b_i) = F, \qquad \sum_i x_i (s c_i + b_i) = F x
 
-is linear. It is where the fit of each cell's gain starts, not its result: cells of one make differ
+is linear. Where loads of several sizes stand on several places, each cell shows its zero by itself:
+under a stiff plate :math:`c_i = z_i + F (u_i + v_i x + w_i y)`. It is where the fit of each cell's gain starts, not its result: cells of one make differ
 by some percent.
 """
 
@@ -14,6 +15,9 @@ from __future__ import annotations
 import numpy as np
 
 from footcal_cli.core.parameters import FloatArray
+
+_LIGHT = 0.5
+"""Share of the largest load: without a lighter one no zero is seen beyond it."""
 
 
 def common_scale(
@@ -49,3 +53,19 @@ def common_scale(
     else:
         rest = np.linalg.lstsq(biases, put - scale * size * centred, rcond=None)[0]
     return scale, np.asarray(rest - scale * middle)
+
+
+def zeros_seen(counts: FloatArray, load_n: FloatArray, place_m: FloatArray) -> FloatArray | None:
+    """What each cell reads without a load, shape (c,); None where loads are too much alike.
+
+    Parameters as for `common_scale`.
+    """
+    if load_n.min() > _LIGHT * load_n.max():
+        return None
+    lever = float(np.sqrt(np.mean(place_m**2))) or 1.0
+    design = np.column_stack([load_n, load_n[:, None] * place_m / lever]) / np.max(np.abs(load_n))
+    design = np.column_stack([design, np.ones(len(load_n))])
+    if np.linalg.matrix_rank(design, tol=1e-3 * np.sqrt(len(design))) < design.shape[1]:
+        return None
+    middle = counts.mean(axis=0)
+    return np.asarray(np.linalg.lstsq(design, counts - middle, rcond=None)[0][-1] + middle)

@@ -16,6 +16,8 @@ from footcal_cli.core.parameters import Estimates, FloatArray, Status
 GAIN_SD = 0.02
 BIAS_SD_N = 0.3
 """A nameplate's promise where nothing was calibrated (METHODS: gain ± 2 %, bias ± 0.3 N)."""
+_IN_THE_AIR, _FAR = 0.03, 3.0
+"""Quantile of a walking cell's forces at which it is in the air; sd at which a zero is unknown."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,20 @@ class Belief:
     def bias_sd_n(self) -> FloatArray:
         """Shape (c,)."""
         return np.sqrt(np.diag(self.covariance)[len(self.channels) :])
+
+    def with_zeros_in_the_air(self, forces_n: FloatArray) -> Belief:
+        """Zeros as unsure as cells in the air show them, where nobody tared them.
+
+        A zero that is far from what a data sheet promises would else be a jump at the first step.
+
+        Parameters
+        ----------
+        forces_n
+            Of a walk, in which each cell hangs in the air now and then, shape (n, c).
+        """
+        zero = np.abs(np.nanquantile(forces_n, _IN_THE_AIR, axis=0))
+        unknown = zero > _FAR * self.bias_sd_n
+        return self.widened(np.zeros(len(self.channels)), np.where(unknown, zero, 0.0))
 
     def widened(self, gain_sd: FloatArray, bias_sd_n: FloatArray) -> Belief:
         """The same belief with independent doubt added to gains and biases, shape (c,) each."""

@@ -314,6 +314,8 @@ def _body_on(
             acceleration_of(parts["com_m"], time_s) if speed is None
             else slopes_of(speed[keep], time_s)
         )  # fmt: skip
+    if body.angmom_nms is not None:
+        parts["angmom_rate_nm"] = slopes_of(body.angmom_nms[keep], time_s)
     for name, optional in (
         ("feet_rot", body.feet_rot),
         ("imu_acc_mps2", body.imu_acc_mps2),

@@ -57,6 +57,8 @@ class BodyStream:
         Shape (m, 3); None where the log has none.
     com_vel_mps
         Velocity of the CoM, shape (m, 3); None where the log has none.
+    angmom_nms
+        Angular momentum about the CoM, shape (m, 2), of which the rate is taken; None likewise.
     """
 
     time_s: FloatArray
@@ -69,6 +71,7 @@ class BodyStream:
     imu_acc_mps2: FloatArray | None = None
     imu_gyro_radps: FloatArray | None = None
     com_vel_mps: FloatArray | None = None
+    angmom_nms: FloatArray | None = None
 
     def without_skipped(self) -> BodyStream:
         """Without the cycles that the estimator skipped: rows that say nothing of CoM and feet.
