@@ -71,10 +71,16 @@ demo: $(VENV)/.installed  ## Install, go the whole road on sample data, say wher
 		--parameters $(OUT)/cells/parameters.json --out $(OUT)/diagnosis --overwrite
 	@echo; echo "$$DEMO_REPORTS"
 
+PYTEST := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= \
+	$(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal --ignore=tests/benchmarks
+
 .PHONY: test
-test: $(VENV)/.installed-dev  ## Install what the tests need and run them.
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= \
-		$(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal -m "not slow" --ignore=tests/benchmarks
+test: $(VENV)/.installed-dev  ## Install what the tests need and run those of up to a second.
+	$(PYTEST) -m "not slow and not thorough"
+
+.PHONY: test-thorough
+test-thorough: $(VENV)/.installed-dev  ## The tests that take longer, commands from end to end; before a release.
+	$(PYTEST) -m "thorough and not slow"
 
 .PHONY: check
 check: $(VENV)/.installed-dev  ## Lint, types and tests; before each commit.

@@ -14,8 +14,17 @@ import pytest
 from footcal_cli.app import main
 from footcal_cli.report import Drawn, Picture
 from footcal_cli.report.text import WIDTH
+from tests import thorough
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that `make test` leaves to `make test-thorough`."""
+    listed = thorough.listed()
+    for item in items:
+        if item.nodeid.partition("[")[0] in listed:
+            item.add_marker("thorough")
 
 
 @pytest.fixture(scope="session")
