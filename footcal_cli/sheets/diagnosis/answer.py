@@ -129,7 +129,8 @@ def answer_of(
     uneven = [f for f in findings if f.code == UNEVEN]
     if uneven and kind is Verdict.UNKNOWN:
         sentence = f"{uneven[0].where} is unlike the other cells: {uneven[0].sentence}."
-    sure = [f for f in findings if f.code in CAUSES] if kind is Verdict.NONE else []
+    unnamed = kind in (Verdict.NONE, Verdict.UNDERPOWERED)
+    sure = [f for f in findings if f.code in CAUSES] if unnamed else []
     if sure:
         said = "; ".join(f"{f.where}: {f.sentence}" for f in sure)
         sentence = f"Found before the search: {said}. Apart from that: {_small(sentence)}"
