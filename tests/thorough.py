@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def long_ones(lines: Iterable[str]) -> list[str]:
     >>> long_ones(["3.10s call     tests/core/test_a.py::test_b[1]", "0.20s call tests/c.py::d"])
     ['tests/core/test_a.py::test_b']
     """
-    taken = Counter[str]()
+    taken: dict[str, float] = defaultdict(float)
     for found in filter(None, map(_LINE.match, lines)):
         taken[found["test"]] += float(found["seconds"])
     return sorted(t for t, s in taken.items() if s > LONG_S and not t.startswith(_STAY))

@@ -9,14 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from pydantic import Field
 
-from footcal_cli.commands.into_tables import (
-    all_or_none,
-    jobs_of,
-    plain_name,
-    refuse_taken,
-    targets_of,
-    write_tables,
-)
 from footcal_cli.commands.options import (
     Given,
     Overwrite,
@@ -96,6 +88,7 @@ def convert(given: Given) -> None:
     from footcal_cli.commands import option_tables
     from footcal_cli.errors import UsageError
     from footcal_cli.formats.detect import open_source
+    from footcal_cli.formats.into_tables import jobs_of, targets_of, write_tables
     from footcal_cli.recipe import Recipe, read_recipe
     from footcal_cli.tables.workbooks import is_workbook
 
@@ -133,6 +126,7 @@ def _convert_sheets(books: list[Path], paths: list[Path], given: Given) -> None:
         two sheets that would get one name.
     """
     from footcal_cli.errors import UsageError
+    from footcal_cli.formats.into_tables import all_or_none, plain_name, refuse_taken
     from footcal_cli.tables.textfiles import regular_file
     from footcal_cli.tables.workbooks import sheet_texts
 

@@ -28,8 +28,8 @@ def looks_like(error: FootcalError) -> tuple[str, tuple[str, ...]]:
 def _as_tables(paths: list[Path], output: Path, *, overwrite: bool) -> tuple[list[Path], list[str]]:
     """Logs with those of other tools as Parquet in a folder next to the recipe, and lines on it."""
     from footcal_cli.commands.convert import ConvertOptions
-    from footcal_cli.commands.into_tables import jobs_of, targets_of, write_tables
     from footcal_cli.formats.detect import open_source
+    from footcal_cli.formats.into_tables import jobs_of, targets_of, write_tables
     from footcal_cli.sniff.folders import CONVERTED
 
     foreign = [path for path in paths if path.suffix.lower() in CONVERTED]

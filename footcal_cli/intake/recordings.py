@@ -27,12 +27,7 @@ from footcal_cli.core.spatial import rotation_of_rpy
 from footcal_cli.errors import DataError, UsageError
 from footcal_cli.intake.cell_effects import cells_in_feet, without_cell_effects
 from footcal_cli.intake.continued import with_parts_joined
-from footcal_cli.intake.streams import (
-    body_stream_of,
-    has_momentum,
-    no_body,
-    sensor_stream_of,
-)
+from footcal_cli.intake.streams import body_stream_of, has_momentum, no_body, sensor_stream_of
 from footcal_cli.intake.wiring import wiring_of
 from footcal_cli.intake.zeros import Zeros, use_zeros
 from footcal_cli.recipe import Foot, Robot

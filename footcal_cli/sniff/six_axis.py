@@ -28,6 +28,7 @@ from footcal_cli.sniff.shafts import beside, legs_first, shafts
 from footcal_cli.sniff.six_axis_feet import ankles, in_series, plates_of
 from footcal_cli.sniff.turned_legs import hung_in_own_frames
 from footcal_cli.sniff.turning import turned_along
+from footcal_cli.sniff.two_tools import tools_of
 
 COUNTED = Blank(
     ("# in [columns]: factor of fx_n … tz_nm, newtons or newton metres in one count",),
@@ -119,7 +120,8 @@ def transducers(file: FileGuess, six: dict[str, dict[str, ColumnGuess]]) -> LogP
     if not wide:
         entries |= axes_of(next(iter(six.values())), said, sign)
         leg = next(iter(six))
-        entries["leg"] = of(labels[0]) if labels else Entry(value=leg, why="one transducer")
+        one = tools_of(file, six[leg]) or Entry(value=leg, why="one transducer")
+        entries["leg"] = of(labels[0]) if labels else one
     elif not hang:
         warnings.append("every transducer is taken to hang free of the ground")
     entries |= _with_shafts(_without(file, entries), six, wide)

@@ -208,8 +208,7 @@ def placements_table(cells: Sequence[str]) -> TableType:
         (
             Column("foot", "which foot", kind="text"),
             Column("placement", "name of the placement", kind="text"),
-            Column("hole_x_m", "x of the hole in the foot frame", missing="keep"),
-            Column("hole_y_m", "y of the hole in the foot frame", missing="keep"),
+            *(Column(f"hole_{a}_m", f"{a} of the hole on the foot", missing="keep") for a in "xy"),
             Column("load_n", "the known load"),
             *(Column(f"{cell}_counts", f"raw reading of cell {cell}") for cell in cells),
             Column("repeat", "number of the repetition", optional=True),

@@ -64,7 +64,10 @@ def test_what_jumps_by_forty_usual_sizes_along_one_axis_may_along_another(
     ]  # fmt: skip
     values = {item.name: named_n if item.named else 0.0 for item in items}
     problem = SimpleNamespace(
-        calibration=np.kron(np.eye(3), np.ones((40, 1))), known=None, settings=None
+        calibration=np.kron(np.eye(3), np.ones((40, 1))),
+        known=None,
+        settings=None,
+        residual=np.zeros(len(columns)),
     )
     kept = seen(items, problem, columns, values)  # type: ignore[arg-type]
     assert len(kept) == freed

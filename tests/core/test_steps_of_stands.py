@@ -39,7 +39,7 @@ def standing(values: FloatArray) -> Problem:
         noise=np.ones(residual.size),
         tolerance=np.ones(len(OUTPUTS)),
         pieces=True,
-        traces=Traces(8.0 * block, output, OUTPUTS),
+        traces=Traces(np.asarray(8.0 * block, dtype=np.float64), output, OUTPUTS),
     )
 
 

@@ -6,8 +6,8 @@ Room: core.bench; asked by intake. With the reading :math:`c_i` of a cell at :ma
 .. math:: \sum_i (s c_i + b_i) = F, \qquad \sum_i x_i (s c_i + b_i) = F x
 
 is linear. Where loads of several sizes stand on several places, each cell shows its zero by itself:
-under a stiff plate :math:`c_i = z_i + F (u_i + v_i x + w_i y)`. It is where the fit of each cell's gain starts, not its result: cells of one make differ
-by some percent.
+under a stiff plate :math:`c_i = z_i + F (u_i + v_i x + w_i y)`. It is where the fit of each cell's
+gain starts, not its result: cells of one make differ by some percent.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Tables of foreign files written as Parquet: which streams, under which names, all or none.
 
-Room: commands; convert and init write so.
+Room: formats; convert and init write so.
 """
 
 from __future__ import annotations
@@ -9,11 +9,35 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Literal, Protocol
 
-if TYPE_CHECKING:
-    from footcal_cli.commands.convert import ConvertOptions
-    from footcal_cli.formats.contract import Arrays, Stream
+import numpy as np
+
+from footcal_cli.errors import DataError, UsageError, nearest
+from footcal_cli.formats.arrays import pieces
+from footcal_cli.formats.contract import Arrays, Stream, seconds_each
+from footcal_cli.formats.join import joined
+from footcal_cli.tables.logfiles import write_parquet_pieces
+
+
+class ConversionAsked(Protocol):
+    """What is asked of a conversion: ``[convert]`` of a recipe."""
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Streams to write; all where none is named."""
+
+    @property
+    def join(self) -> Literal["nearest", "previous"] | None:
+        """How streams are put on one clock; None: a table each."""
+
+    @property
+    def clock(self) -> str | None:
+        """The stream whose stamps are the rows of the joined table."""
+
+    @property
+    def tolerance_s(self) -> float | None:
+        """Largest difference of joined stamps."""
 
 
 class TableToWrite:
@@ -35,7 +59,7 @@ def plain_name(name: str) -> str:
 
 
 def jobs_of(
-    found: Mapping[Path, tuple[Stream, ...]], options: ConvertOptions
+    found: Mapping[Path, tuple[Stream, ...]], options: ConversionAsked
 ) -> list[TableToWrite]:
     """Which streams are written, by source.
 
@@ -44,8 +68,6 @@ def jobs_of(
     UsageError
         A topic that no source has, or a join that says too little.
     """
-    from footcal_cli.errors import DataError, UsageError, nearest
-
     names = {stream.name for streams in found.values() for stream in streams}
     for wanted in (*options.topics, *([options.clock] if options.clock else [])):
         if wanted not in names:
@@ -85,8 +107,6 @@ def jobs_of(
 
 def targets_of(jobs: list[TableToWrite], out: Path, overwrite: bool) -> list[Path]:
     """A file for each job, none of them there yet unless it may be replaced."""
-    from footcal_cli.errors import UsageError
-
     if out.suffix.lower() in {".parquet", ".pq"}:
         if len(jobs) > 1:
             raise UsageError(
@@ -114,8 +134,6 @@ def refuse_taken(
     targets: Sequence[Path], overwrite: bool, remedy: str = "rename one of the two sheets"
 ) -> None:
     """Refuse a name that two tables would get (`remedy`), or that a file has already."""
-    from footcal_cli.errors import UsageError
-
     twice = [path for path in targets if targets.count(path) > 1]
     if twice:
         raise UsageError("two tables would get this name", file=twice[0], remedy=remedy)
@@ -128,8 +146,6 @@ def refuse_taken(
 @contextmanager
 def all_or_none(targets: Sequence[Path]) -> Iterator[list[Path]]:
     """Temporary names to write to, renamed to `targets` when all are complete."""
-    from footcal_cli.errors import UsageError
-
     waiting = [path.with_name(f".{path.name}.partial-{os.getpid()}") for path in targets]
     for path in targets:
         try:
@@ -147,11 +163,9 @@ def all_or_none(targets: Sequence[Path]) -> Iterator[list[Path]]:
 
 
 def write_tables(
-    jobs: Sequence[TableToWrite], targets: Sequence[Path], options: ConvertOptions
+    jobs: Sequence[TableToWrite], targets: Sequence[Path], options: ConversionAsked
 ) -> list[str]:
     """Write every table, none where one cannot be written, and give a line on each."""
-    from footcal_cli.tables.logfiles import write_parquet_pieces
-
     said: list[str] = []
     with all_or_none(targets) as waiting:
         for job, target, path in zip(jobs, targets, waiting, strict=True):
@@ -168,16 +182,10 @@ def _from(job: TableToWrite) -> str:
     return f"from {streams} of {job.source}, {job.streams[0].clock}"
 
 
-def _pieces(job: TableToWrite, options: ConvertOptions, notes: list[str]) -> Iterator[Arrays]:
+def _pieces(job: TableToWrite, options: ConversionAsked, notes: list[str]) -> Iterator[Arrays]:
     if len(job.streams) == 1:
         yield from job.streams[0].chunks()
         return
-    import numpy as np
-
-    from footcal_cli.errors import DataError
-    from footcal_cli.formats.arrays import pieces
-    from footcal_cli.formats.join import joined
-
     assert options.join is not None, "several streams make one table by a join only"
     assert options.tolerance_s is not None, "checked with the join"
     read = {}
@@ -223,8 +231,6 @@ class _Span:
             yield piece
 
     def words(self) -> str:
-        from footcal_cli.formats.contract import seconds_each
-
         if self.time is None or self.first is None or self.last is None:
             return ""
         scale = seconds_each(self.time)
