@@ -22,6 +22,7 @@ from footcal_cli.sniff.vocabulary import (
     BEHIND_AN_END,
     EAST_ASIAN,
     ENDS,
+    MARKED,
     NOT_OF_CELLS,
     OF_A_LEG,
     PLACES,
@@ -95,7 +96,6 @@ _TICKS = {"sampletimefine": ("ms", 0.1)}  # tenths of a ms by Xsens' manual
 _ACCELERATED = {"acc", "accel", "acceleration", "dd", "beschleunigung", "aceleración",
                 "aceleracion", "accélération", "accelerazione", "aceleração"}  # fmt: skip
 _TURNED = {"theta", "euler", "angle", "rpy", "rotvec", "angolo", "angulo", "ángulo", "ângulo"}
-_MARKED = {"hole", "point", "pos", "position", "target", "loch", "ref", "true", "place", "mark"}
 _REPORTED = {"plate", "platform", "measured", "meas", "sensor", "estimated", "est", "insole"}
 FORCE = {"force", "forces", "kraft", "fuerza", "effort", "f", "forza", "grf", "kracht", "сила",
          "力"}  # fmt: skip
@@ -345,7 +345,7 @@ def _quantity(stem: str, words: list[str], unit: str | None) -> tuple[Quantity, 
     place = words[0] if len(words) > 1 and words[0] in ("x", "y") else last  # X_ref, ref_x
     if place in ("x", "y") and unit in LENGTHS and set(words) & _REPORTED:
         return "cop", place, {place, *_REPORTED}
-    if (place in ("x", "y") and set(words) & _MARKED) or (
+    if (place in ("x", "y") and set(words) & MARKED) or (
         stem.lower() in ("x", "y") and unit in (*LENGTHS, None)
     ):
         return "hole", place, {place}

@@ -15,7 +15,16 @@ from footcal_cli.core.plausibility import TOTAL_RANGE
 from footcal_cli.sniff.cells import NAMEPLATE
 from footcal_cli.sniff.guesses import Sure, numbers_of
 from footcal_cli.sniff.placed import WEIGHT
-from footcal_cli.sniff.plan import FORCES, IN_NEWTON, MASS, NOT_SAID, Blank, LogPlan
+from footcal_cli.sniff.plan import (
+    FORCES,
+    IN_NEWTON,
+    MASS,
+    NOT_SAID,
+    UNIT_ASKED,
+    Blank,
+    Entry,
+    LogPlan,
+)
 from footcal_cli.sniff.said_accuracy import with_accuracy
 from footcal_cli.sniff.said_axes import with_left_asked
 from footcal_cli.sniff.said_gravity import with_gravity
@@ -63,6 +72,10 @@ _REMARK = re.compile(
 _LISTED = re.compile(
     r"(?i)\b(?:loads|weights|masses|gewichte|lasten|charges|cargas|pesi|massen|poids|vikter)\b"
 )
+_PUT = re.compile(
+    r"(?i)\b(?:put|placed|laid|set|aufgelegt|aufgesetzt|posée?|puest[oa]|colocad[oa])\b"
+)
+"""What was done with a weight that no line calls one."""
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _CAPACITY = re.compile(
     r"(?i)\b(?:capacity|range|rated|full.?scale|nennlast|messbereich|höchstlast|nennkraft|portée|"
@@ -107,9 +120,11 @@ def _in_newtons(plan: LogPlan) -> LogPlan:
 def _with_put(plan: LogPlan) -> LogPlan:
     """Placements with the one weight on all holes that a line says."""
     entry = plan.entries.get("load_n")
-    lines = [x for x in plan.file.text.above if _HAS_MASS.search(x) and not _HAS_ROBOT.search(x)]
+    weighs = [x for x in plan.file.text.above if not _HAS_ROBOT.search(x)]
+    lines = [x for x in weighs if _HAS_MASS.search(x)] or [x for x in weighs if _PUT.search(x)]
     said = {(f[1], known_unit(f[2]) or f[2]): x for x in lines for f in IN_WORDS.finditer(x)}
-    if WEIGHT not in plan.blanks or entry is None or not said:
+    lies = entry is not None and UNIT_ASKED in plan.blanks and _says_whether(entry)
+    if not (WEIGHT in plan.blanks or lies) or entry is None or not said:
         return plan
     sizes = [_newton(number, unit) for number, unit in said]
     if max(sizes) > (1.0 + _NOMINAL) * min(sizes):
@@ -121,8 +136,15 @@ def _with_put(plan: LogPlan) -> LogPlan:
     value = put if entry.value == NOT_SAID else entry.value
     why = f"'{line.strip()}'"
     made = replace(entry, value=value, names=names, unit=unit, sure="likely", why=why)
-    blanks = tuple(blank for blank in plan.blanks if blank is not WEIGHT)
+    made = replace(made, factor=float(put)) if lies else made
+    blanks = tuple(blank for blank in plan.blanks if blank not in (WEIGHT, UNIT_ASKED))
     return replace(plan, entries={**plan.entries, "load_n": made}, blanks=blanks)
+
+
+def _says_whether(entry: Entry) -> bool:
+    """Whether a load's column says only that the weight lies there (1) or does not (0)."""
+    column = entry.column
+    return column is not None and column.values is not None and {*column.values} == {0.0, 1.0}
 
 
 def _masses(above: Sequence[str]) -> dict[float, str]:

@@ -71,6 +71,9 @@ for _meaning, _spellings in _SPELLINGS.items():
     for _word in _spellings.split():
         WORDS.setdefault(_word, _meaning)
 
+MARKED = {word for word, meant in WORDS.items() if meant == "placement"} - {"pose"}
+MARKED |= {"pos", "position", "target", "ref", "true", "mark"}
+"""What the x and y of a hole are called by."""
 SCATTER = {
     "stdev", "stddev", "sdev", "stdabw", "standardabweichung", "streuung", "écarttype",
     "ecarttype", "desv", "desvest", "desviación", "desviacion", "desvio", "deviazione", "odchylka",

@@ -254,11 +254,14 @@ def _canonical(
     return Table(frame, path, sha256, source, tuple(read_as), tuple(findings), beside)
 
 
+_HOLE = ("hole_x_m", "hole_y_m")
+
+
 def _with_empty_plates(
     frame: pd.DataFrame, wanted: Mapping[str, Column], path: Path
 ) -> pd.DataFrame:
     """Rows whose load is zero stand at no hole: an empty cell is the foot's origin there."""
-    for name in ("hole_x_m", "hole_y_m"):
+    for name in _HOLE:
         if name not in wanted or "load_n" not in frame or name not in frame:
             continue
         nowhere = frame[name].isna().to_numpy()
@@ -277,7 +280,8 @@ def _with_readings(
     frame: pd.DataFrame, wanted: Mapping[str, Column], places: Places, path: Path
 ) -> tuple[pd.DataFrame, list[Finding]]:
     """Rows of a log that needs every reading, without those that the recipe says have none."""
-    needed = [n for n, p in places.found.items() if p.missing and wanted[n].missing == "refuse"]
+    asked = [n for n in places.found if wanted[n].missing == "refuse" or n in _HOLE]
+    needed = [n for n in asked if places.found[n].missing]
     nothing = frame[needed].isna().any(axis=1).to_numpy() if needed else np.zeros(0, dtype=bool)
     if not nothing.any():
         return frame, []

@@ -29,9 +29,11 @@ ANKLES = (
     pytest.param("ankles jump", 701, marks=pytest.mark.slow),
     ("ankles clean", 702),
     ("stance clean", 701),
+    ("stance clean", 834),
 )
 """Walks on six-axis ankles: named cross coupling, unknown, and unknown
-(clean) before; the stand ended in an internal error."""
+(clean) before; one stand ended in an internal error, of the other an error of 6 Nm in stances left
+out mattered, which is that of a calibration that eleven stances do not know."""
 
 
 @pytest.mark.parametrize(("name", "number"), ANKLES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from footcal_cli.core.diagnosis.ways import (
     second_cause,
     shows_in_moments,
     two_of_a_set,
+    unnamed_matters,
     without_first,
 )
 from footcal_cli.core.effects.contract import Effect, GridOf, unit_of
@@ -195,7 +196,7 @@ def _answered(
             if verdict is not Verdict.NAMED or sure:
                 return answer
         # what was chosen without a block does not predict it, or is chosen only with all of them
-        matters = large or matters_of(subject, way, beside=False)
+        matters = large or unnamed_matters(subject, way, baseline)
         none = Verdict.UNKNOWN if matters else Verdict.NONE
         last = last or replace(_without_name(subject, way, none, share), stable=stands.stable)
     return last or _without_name(subject, baseline, Verdict.NONE, 0.0)
@@ -303,10 +304,7 @@ def _answers_of(
     sized = at_its_size(subject, path)
     verdict, share = judged(subject, sized, strict, seed)
 
-    @cache
-    def matters(*, beside: bool) -> bool:
-        return matters_of(subject, path, beside=beside)
-
+    matters = cache(partial(matters_of, subject, path))
     small = path.causes and not large and subject.case.finding_nm > 0.0
     if small and not matters(beside=False) and shows_in_moments(subject, path, rules):
         # of a log without L̇ whose moments are off by no more than that, no lever has a sure name

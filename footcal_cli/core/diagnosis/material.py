@@ -11,10 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
+from footcal_cli.core.diagnosis.jumps import means_of_blocks
 from footcal_cli.core.inference.case import Case
-from footcal_cli.core.inference.linear import scaled_inverse
+from footcal_cli.core.inference.linear import orthonormal, scaled_inverse
 from footcal_cli.core.inference.lines import Line
 from footcal_cli.core.inference.problem import Problem, Signature
 from footcal_cli.core.inference.refit import Refit
@@ -90,6 +92,9 @@ def nameless_of(
     if model is not None:
         after = share * output_losses(without_rivals(current, model), noise).sum(axis=0)
         squared += np.maximum(whole - after, 0.0)
+    if baseline.pieces:
+        # a stance left out is far off where the others do not know the calibration
+        whole = np.minimum(whole, unit_noise**2 * _surely(current if model is None else baseline))
     smallest = [
         max(case.tolerance_nm, case.finding_nm)
         if unit == "Nm"
@@ -108,6 +113,23 @@ def nameless_of(
             strict=True,
         )
     )
+
+
+def _surely(problem: Problem) -> FloatArray:
+    """Mean square of the error of each output that stances surely have, (outputs,).
+
+    ``Σ e² / χ²₀.₉₅(ν)`` of their means about the fit, ν stances less what was fitted to it.
+    """
+    outputs = len(problem.outputs)
+    mean = means_of_blocks(problem, np.column_stack([problem.residual, problem.fitted]))
+    basis = orthonormal(mean[:, 1:], _RCOND)
+    left = mean[:, 0] - basis @ (basis.T @ mean[:, 0])
+    squares = np.sum(left.reshape(-1, outputs) ** 2, axis=0)
+    free = problem.blocks - np.sum(basis**2, axis=1).reshape(-1, outputs).sum(axis=0)
+    return np.array([
+        s / chances.chi2_isf(0.05, nu) if nu > 1.0 else 0.0
+        for s, nu in zip(squares.tolist(), free.tolist(), strict=True)
+    ])  # fmt: skip
 
 
 def line_over_smallest(problem: Problem, line: Line, found: Sequence[Nameless]) -> float:

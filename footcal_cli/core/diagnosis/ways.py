@@ -31,6 +31,17 @@ def matters_of(subject: Subject, path: Path, *, beside: bool) -> bool:
     return left_apart(last.before, last.rules) or any(item.matters for item in found)
 
 
+def unnamed_matters(subject: Subject, path: Path, baseline: Path) -> bool:
+    """Whether what a name explained that does not stand is a finding.
+
+    Of few stances the best of all names always explains some: there a test that knows no cause must
+    have seen it, too.
+    """
+    first = baseline.rounds[0]
+    seen = not subject.problem.pieces or first.before.p < first.rules.alpha_unknown
+    return seen and matters_of(subject, path, beside=False)
+
+
 def shows_in_moments(subject: Subject, path: Path, rules: Rules) -> bool:
     """Whether no force is surely predicted better with what the names explain."""
     gains = gains_of(subject.problem, path.current, path.current.law)

@@ -24,6 +24,7 @@ _PLACED = (*OF_THE_LOGS, GridOf.SPAN)
 """Grids of shapes that no step moves: the logs bring them, or a search beforehand finds them."""
 _OF_ONE_ROBOT = ("N", "Nm")
 """Units whose usual size is that of a robot of some kilograms; a share is one of any robot's."""
+_OF_ZEROS = (*_OF_ONE_ROBOT, "N/s", "Nm/s")
 _SHAPE_SEEN = 0.2  # share of a shape's visible influence that no size can take over
 _AXIS_SEEN = 0.05  # visible fraction from which a component that was not named is fitted too
 _AXIS_TOLD = 2.0  # and sd of the noise by which its usual size must change the residual
@@ -120,7 +121,8 @@ def _sizes_seen(
 ) -> list[bool]:
     """Named sizes, and other axes that these data tell from the named ones and from each other.
 
-    Those whose size, so many `times` the usual one, changes the residual, or that surely do.
+    Those whose size, so many `times` the usual one, changes the residual; of zeros that move, also
+    those that the residual surely shows.
 
     An axis that carries nothing but noise would be given the gain that makes its noise small; one
     that differs from the rest only by what does not repeat between settings would be given any.
@@ -145,7 +147,9 @@ def _sizes_seen(
         shown = float(np.sqrt(left[:, i] @ left[:, i]))
         if freed[i].is_shape or named[i]:
             continue
-        tells = shown * usual[i] > _AXIS_TOLD or abs(left[:, i] @ rest) > sure * shown
+        tells = shown * usual[i] > _AXIS_TOLD
+        if freed[i].parameter.unit in _OF_ZEROS:  # of mixtures a gain would tell that is in none
+            tells = tells or abs(left[:, i] @ rest) > sure * shown
         if shown > _AXIS_SEEN * size[i] and tells:
             seen[i] = True
             unit = left[:, i] / shown
