@@ -366,9 +366,11 @@ _MOSTLY_UP = 0.5
 def _counts_rows(name: NameGuess, values: FloatArray) -> bool:
     """Whether readings go up by one from row to row: numbers of rows, as ``Reading No.`` is."""
     ends = name.owner.rpartition("_")[2] in ("no", "nr", "nummer", "number")
-    goes_on = (np.diff(values) == 1) | (values[1:] == values[0])  # in each series anew
-    mostly = bool(goes_on.all()) and float(np.mean(np.diff(values) == 1)) > _MOSTLY_UP
-    return mostly and bool(ends or values.size >= TICKS) and values.size > 1 and abs(values[0]) <= 1
+    if values.size < 2 or abs(values[0]) > 1 or not (ends or values.size >= TICKS):
+        return False
+    up = np.diff(values) == 1
+    goes_on = up | (values[1:] == values[0])  # in each series anew
+    return bool(goes_on.all()) and float(np.mean(up)) > _MOSTLY_UP
 
 
 def _counted(column: ColumnGuess) -> ColumnGuess:
