@@ -10,14 +10,19 @@ from footcal_cli.core.checks.impossible import find_impossible
 from footcal_cli.core.online.streams import BodyStream, SensorStream
 from footcal_cli.core.parameters import FloatArray
 from footcal_cli.core.spatial import headings, rotations_logged, rotations_of_rpy
+from footcal_cli.errors import DataError
 from footcal_cli.tables.columns import AXIS_COLUMNS
 from footcal_cli.tables.table import Table
+
+_FEW = 10
+"""Rows in which torques may be alike by chance."""
 
 
 def sensor_stream_of(
     table: Table, channels: tuple[str, ...], feet: tuple[str, ...], lost: float | None
 ) -> SensorStream:
     """Readings of cells or, where `feet` are named, of their transducers; lost ones are NaN."""
+    _refuse_three_axes(table, feet)
     columns = (
         [f"{foot}_{axis}" for foot in feet for axis in AXIS_COLUMNS]
         if feet
@@ -76,6 +81,27 @@ def body_stream_of(table: Table, feet: tuple[str, ...]) -> BodyStream:
         imu_acc_mps2=triple("imu_acc_{}_mps2") if "imu_acc_x_mps2" in table else None,
         imu_gyro_radps=triple("imu_gyro_{}_radps") if "imu_gyro_x_radps" in table else None,
     ).without_skipped()
+
+
+def _refuse_three_axes(table: Table, feet: Sequence[str]) -> None:
+    """Refuse transducers under feet whose three torques never change: they have three axes.
+
+    Raises
+    ------
+    DataError
+        Names the foot, and how a force alone is read.
+    """
+    for foot in feet:
+        names = [f"{foot}_t{axis}_nm" for axis in "xyz"]
+        torques = table.numbers(names)
+        known = torques[np.isfinite(torques).all(axis=1)]
+        if len(known) > _FEW and not np.ptp(known, axis=0).any():
+            raise DataError(
+                f"the torques of {foot} never change: under feet six axes are needed",
+                file=table.path, column=names[0],
+                remedy=f"read its vertical force as a cell: {foot}_foot_counts in [columns], "
+                f"foot = {{ x_m = 0.0, y_m = 0.0 }} in [robot.feet.{foot}.cells]",
+            )  # fmt: skip
 
 
 def has_momentum(table: Table) -> bool:

@@ -200,3 +200,18 @@ def test_diagnose_names_what_a_walk_on_ankles_hides(
         assert [cause["effect"] for cause in found["causes"]] == list(names)
     if verdict == "ambiguous":
         assert any(names <= set(group) for group in found["rivals"])
+
+
+@pytest.mark.parametrize("command", ["online-replay", "diagnose"])
+def test_transducers_of_three_axes_are_refused(command: str, tmp_path: Path, run: Run) -> None:
+    """Torques written as zero ended `diagnose` in an internal error."""
+    log = write_walk(tmp_path, 5, 20.0)
+    table = pd.read_parquet(log)
+    for name in (f"{foot}_t{axis}_nm" for foot in ("left", "right") for axis in "xyz"):
+        table[name] = 0.0
+    table.to_parquet(log)
+    done = run(command, log, "--recipe", tmp_path / "recipe.toml", "--out", tmp_path / "o")
+    assert done.exit_code == 3
+    assert "the torques of left never change" in done.err
+    assert "left_foot_counts" in done.err
+    assert not (tmp_path / "o").exists()
