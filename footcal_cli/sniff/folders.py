@@ -12,17 +12,16 @@ from footcal_cli.errors import DataError, UsageError
 from footcal_cli.sniff.columns import guess_file
 from footcal_cli.sniff.guesses import FileGuess
 from footcal_cli.sniff.notes import WRITTEN
+from footcal_cli.tables.foreign import READERS
 from footcal_cli.tables.workbooks import SUFFIXES
 
 _LOGS = {
     ".csv", ".tsv", ".txt", ".dat", ".log", ".mot", ".sto", ".parquet", ".pq", *SUFFIXES
 }  # fmt: skip
 """Endings of what lies in a folder and may be a log."""
-CONVERTED = {
-    ".mat", ".npz", ".npy", ".jsonl", ".ndjson", ".h5", ".hdf5", ".hdf", ".bag", ".db3", ".mcap",
-    ".c3d",
-}  # fmt: skip
-"""Endings of what is a log once it is converted."""
+_TEXTS = {"logs", "documents", "records", "webpages", "opensim"}
+CONVERTED = {suffix for suffix, reader in READERS.items() if reader not in _TEXTS} - {".json"}
+"""Endings of what is a log once it is converted; settings are JSON, too."""
 
 
 def in_folders(paths: Sequence[Path]) -> list[Path]:

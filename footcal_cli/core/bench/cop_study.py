@@ -342,10 +342,8 @@ def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Est
         kind, unit = ("scale", "N/count") if fit.model.with_gains else (CROSSTALK.size.name, "-")
         names += [f"{cell}.{kind}" for cell in rows.cells]
         units += [unit] * len(rows.cells)
-    table = np.array([read(one) for one in replicas])
-    rest = table - table.mean(axis=0)
     loose = np.array([read(one) for one in fit.moved_within_usual()]) - read(fit)
-    covariance = (len(table) - 1) / len(table) * rest.T @ rest + loose.T @ loose
+    covariance = _jackknife(np.array([read(one) for one in replicas])) + loose.T @ loose
     status = (Status.ESTIMATED,) * len(names)
     return Estimates(tuple(names), tuple(units), read(fit), covariance, status)
 
@@ -353,12 +351,16 @@ def _parameters(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Est
 def _gains(fit: CopFit, rows: PlacementRows, replicas: list[CopFit]) -> Estimates:
     """Scales of cells that sit where they are believed, by the jackknife over placements."""
     scale = np.ones(len(rows.cells)) if rows.believed_scale is None else rows.believed_scale
-    table = np.array([one.shares for one in replicas]) * scale
-    rest = table - table.mean(axis=0)
     names = tuple(f"{cell}.scale" for cell in rows.cells)
     status = tuple(
         Status.ESTIMATED if share != 1.0 or not fit.model.single else Status.FIXED
         for share in fit.shares
     )
-    covariance = (len(table) - 1) / len(table) * rest.T @ rest
+    covariance = _jackknife(np.array([one.shares for one in replicas]) * scale)
     return Estimates(names, ("N/count",) * len(names), fit.shares * scale, covariance, status)
+
+
+def _jackknife(values: FloatArray) -> FloatArray:
+    """Covariance (k, k) of k parameters by their values without each of n groups, (n, k)."""
+    rest = values - values.mean(axis=0)
+    return np.asarray((len(values) - 1) / len(values) * rest.T @ rest)

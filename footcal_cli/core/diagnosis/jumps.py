@@ -118,7 +118,7 @@ def step_beside(problem: Problem, fitted: FloatArray) -> Jump:
         scaled = mean / of_row[:, None]
         onto, size, _ = np.linalg.svd(scaled[:, 1:], full_matrices=False)
         onto = onto[:, size > _RCOND * size.max(initial=0.0)]
-        free = blocks - 1.0 - np.sum(onto**2, axis=1).reshape(blocks, outputs).sum(axis=0)
+        free = blocks - 1.0 - taken_from_each(onto, outputs)
         sure = free > _FEWEST_FREE - _ROUNDED
         if not sure.any():
             return Jump()
@@ -181,6 +181,11 @@ def _from_each_on(columns: FloatArray, outputs: int) -> FloatArray:
     by_block = columns.reshape(-1, outputs, columns.shape[1])
     later = np.cumsum(by_block[::-1], axis=0)[::-1][1:]
     return np.asarray(later.reshape(-1, columns.shape[1]))
+
+
+def taken_from_each(basis: FloatArray, outputs: int) -> FloatArray:
+    """Numbers that an orthonormal basis (B · outputs, k) fits to each output, (outputs,)."""
+    return np.asarray(np.sum(basis**2, axis=1).reshape(-1, outputs).sum(axis=0))
 
 
 def means_of_blocks(problem: Problem, columns: FloatArray) -> FloatArray:

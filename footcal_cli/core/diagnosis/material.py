@@ -14,7 +14,7 @@ import numpy as np
 from footcal_cli.core import chances
 from footcal_cli.core.diagnosis.features import MEMORY, Features
 from footcal_cli.core.diagnosis.gain import output_losses, without_rivals
-from footcal_cli.core.diagnosis.jumps import means_of_blocks
+from footcal_cli.core.diagnosis.jumps import means_of_blocks, taken_from_each
 from footcal_cli.core.inference.case import Case
 from footcal_cli.core.inference.linear import orthonormal, scaled_inverse
 from footcal_cli.core.inference.lines import Line
@@ -125,7 +125,7 @@ def _surely(problem: Problem) -> FloatArray:
     basis = orthonormal(mean[:, 1:], _RCOND)
     left = mean[:, 0] - basis @ (basis.T @ mean[:, 0])
     squares = np.sum(left.reshape(-1, outputs) ** 2, axis=0)
-    free = problem.blocks - np.sum(basis**2, axis=1).reshape(-1, outputs).sum(axis=0)
+    free = problem.blocks - taken_from_each(basis, outputs)
     return np.array([
         s / chances.chi2_isf(0.05, nu) if nu > 1.0 else 0.0
         for s, nu in zip(squares.tolist(), free.tolist(), strict=True)

@@ -167,16 +167,16 @@ class ReplayedWalk:
         track, c = self.memory.track, len(self.belief.channels)
         mass_kg = float(self.merged.log.known["mass_kg"][0])
         gain, covariance = track.values[-1, :c], track.covariance[:c, :c]
-        log = self.merged.log
+        walked = weighed_walking(self.belief, gain, covariance, self.memory.repeated, mass_kg)
+        if covariance.sum() < _TAUGHT * self.belief.covariance[:c, :c].sum():
+            return walked
+        log = self.merged.log  # gains that were held ask for no mass
         by_foot = weighed_by_each_foot(
             self.belief.forces(log.readings), channel_contact(log),
             columns_of(Scope.FOOT, log.channels), reference_of(log).fz_n, self.belief.gain_sd,
             mass_kg,
         )  # fmt: skip
-        walked = weighed_walking(self.belief, gain, covariance, self.memory.repeated, mass_kg)
-        if by_foot is None or covariance.sum() < _TAUGHT * self.belief.covariance[:c, :c].sum():
-            return walked
-        return by_foot  # gains that were held ask for no mass
+        return walked if by_foot is None else by_foot
 
     def findings(self) -> Iterator[Finding]:
         """Jumps, wrong masses, scales and innovations, parameters that left their interval."""
